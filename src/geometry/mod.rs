@@ -1,0 +1,16 @@
+//! Values in, values out: poses, boxes, exact predicates, and the triangle-triangle test.
+
+pub mod boxes;
+mod coplanar;
+pub mod pose;
+pub mod predicates;
+pub mod simd;
+pub mod triangle;
+
+pub use pose::{Pose, PoseError};
+
+/// A point or vector, in metres unless said otherwise.
+pub type Point = [f64; 3];
+
+/// Three vertices; degenerate triangles are legal and mean a closed segment or a point.
+pub type Triangle = [Point; 3];
