@@ -1,0 +1,44 @@
+//! Slow answers that cannot be wrong, to hold the fast ones against.
+#![allow(dead_code, reason = "each test program that mounts this uses a part of it")]
+
+use bumper::geometry::triangle::{StaticFilter, triangles_intersect};
+use bumper::geometry::{Point, Pose, Triangle};
+
+mod simplex;
+
+/// Exact test without any geometry: the hulls meet iff some convex combination of the vertices of
+/// `a` equals one of the vertices of `b`, which is linear programming in integers.
+pub fn hulls_meet(a: &Triangle, b: &Triangle) -> bool {
+    simplex::common_convex_combination(a, b)
+}
+
+/// All (i, j) with `fixed[i]` meeting the placed `moving[j]`, sorted: the answer that a tree has
+/// to give, by trying every pair whose boxes overlap.
+pub fn brute_force_pairs(fixed: &[Triangle], moving: &[Triangle], pose: &Pose) -> Vec<[u32; 2]> {
+    let placed: Vec<Triangle> = moving.iter().map(|t| t.map(|p| pose.apply(p))).collect();
+    let filter = tight_filter(fixed.iter().chain(&placed).flatten());
+    let boxes: Vec<[Point; 2]> = placed.iter().map(bounds).collect();
+    let mut pairs = Vec::new();
+    for (i, a) in (0..).zip(fixed) {
+        let [low, high] = bounds(a);
+        for (j, (b, [b_low, b_high])) in (0..).zip(placed.iter().zip(&boxes)) {
+            let apart = (0..3).any(|k| high[k] < b_low[k] || b_high[k] < low[k]);
+            if !apart && triangles_intersect(a, b, &filter) {
+                pairs.push([i, j]);
+            }
+        }
+    }
+    pairs
+}
+
+/// The filter for tests among these points.
+pub fn tight_filter<'a>(points: impl IntoIterator<Item = &'a Point>) -> StaticFilter {
+    let [low, high] = bounds(points);
+    StaticFilter::for_extent([0, 1, 2].map(|k| high[k] - low[k]))
+}
+
+fn bounds<'a>(points: impl IntoIterator<Item = &'a Point>) -> [Point; 2] {
+    points.into_iter().fold([[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]], |[low, high], p| {
+        [[0, 1, 2].map(|k| low[k].min(p[k])), [0, 1, 2].map(|k| high[k].max(p[k]))]
+    })
+}
