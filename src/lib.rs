@@ -34,3 +34,4 @@
 //! - *matchmaker*: chooses the client for a scenario; *claimed*: a client that is at work
 
 pub mod geometry;
+pub mod mesh;
