@@ -35,3 +35,4 @@
 
 pub mod geometry;
 pub mod mesh;
+pub mod tree;

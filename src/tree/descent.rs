@@ -1,0 +1,192 @@
+//! Simultaneous descent of two trees (section 3 of the paper): box against box down to the leaves,
+//! then triangle against triangle, exactly.
+
+use super::node::{AabbNode, Child, ObbNode};
+use super::placement::{BoxNode, Placement};
+use super::sink::{All, Any, Counted, Counts, Sink};
+use super::wide::{self, Rooms};
+use super::{TreeKind, TreeView};
+use crate::geometry::simd::SimdLevel;
+use crate::geometry::triangle::{StaticFilter, triangles_intersect};
+use crate::geometry::{Point, Pose};
+
+/// (triangle of the fixed mesh, triangle of the moving mesh), numbered as in their files.
+pub type Pair = [u32; 2];
+
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum DescentError {
+    #[error(
+        "triangle {triangle} of the moving mesh leaves the range of 64-bit numbers in this pose"
+    )]
+    Overflow { triangle: u32 },
+    #[error("the trees are of different kinds ({fixed} and {moving}): build both alike")]
+    Kinds { fixed: TreeKind, moving: TreeKind },
+}
+
+/// Finds intersecting triangles of two trees. Holds its stack and queues between queries.
+#[derive(Debug)]
+pub struct Descent {
+    level: SimdLevel,
+    stack: Vec<(u32, u32)>,
+    wide: Box<Rooms>,
+}
+
+impl Default for Descent {
+    fn default() -> Self {
+        Self::with_simd(SimdLevel::chosen())
+    }
+}
+
+impl Descent {
+    /// With these instructions for wide trees, or the best below them that the processor has. All
+    /// give the same pairs.
+    pub fn with_simd(level: SimdLevel) -> Self {
+        Self { level, stack: Vec::new(), wide: Box::default() }
+    }
+
+    /// Appends every intersecting pair to `pairs`, in no particular order.
+    pub fn all_pairs(
+        &mut self,
+        fixed: &TreeView<'_>,
+        moving: &TreeView<'_>,
+        pose: &Pose,
+        pairs: &mut Vec<Pair>,
+    ) -> Result<(), DescentError> {
+        self.visit(fixed, moving, pose, &mut All(pairs))
+    }
+
+    /// As [`Descent::all_pairs`], and tells what it took.
+    pub fn counted_pairs(
+        &mut self,
+        fixed: &TreeView<'_>,
+        moving: &TreeView<'_>,
+        pose: &Pose,
+        pairs: &mut Vec<Pair>,
+    ) -> Result<Counts, DescentError> {
+        let mut sink = Counted { pairs, counts: Counts::default() };
+        self.visit(fixed, moving, pose, &mut sink)?;
+        Ok(sink.counts)
+    }
+
+    /// Whether any two triangles intersect; stops at the first.
+    pub fn any_pair(
+        &mut self,
+        fixed: &TreeView<'_>,
+        moving: &TreeView<'_>,
+        pose: &Pose,
+    ) -> Result<bool, DescentError> {
+        let mut sink = Any::default();
+        self.visit(fixed, moving, pose, &mut sink)?;
+        Ok(sink.found)
+    }
+
+    fn visit<K: Sink>(
+        &mut self,
+        fixed: &TreeView<'_>,
+        moving: &TreeView<'_>,
+        pose: &Pose,
+        sink: &mut K,
+    ) -> Result<(), DescentError> {
+        check_range(moving, pose)?;
+        match (fixed.kind(), moving.kind()) {
+            (TreeKind::Obb, TreeKind::Obb) => {
+                self.descend::<ObbNode, K>(fixed, moving, pose, sink);
+            }
+            (TreeKind::Aabb, TreeKind::Aabb) => {
+                self.descend::<AabbNode, K>(fixed, moving, pose, sink);
+            }
+            (TreeKind::Wide, TreeKind::Wide) => {
+                wide::descend(&mut self.wide, self.level, [fixed, moving], pose, sink);
+            }
+            (fixed, moving) => return Err(DescentError::Kinds { fixed, moving }),
+        }
+        Ok(())
+    }
+
+    fn descend<N: BoxNode, K: Sink>(
+        &mut self,
+        fixed: &TreeView<'_>,
+        moving: &TreeView<'_>,
+        pose: &Pose,
+        sink: &mut K,
+    ) {
+        let (a_nodes, b_nodes) = (fixed.nodes::<N>(), moving.nodes::<N>());
+        let placement = Placement::new(fixed, moving, pose);
+        let leaves = LeafTest { fixed, moving, pose, filter: placement.static_filter() };
+        let stack = &mut self.stack;
+        stack.clear();
+        sink.boxes(1);
+        if !a_nodes[0].apart(&b_nodes[0], &placement) {
+            stack.push((0, 0));
+        }
+        while let Some((a, b)) = stack.pop() {
+            let (a_node, b_node) = (&a_nodes[a as usize], &b_nodes[b as usize]);
+            match (a_node.link().child(), b_node.link().child()) {
+                (Child::Leaf { rank: a }, Child::Leaf { rank: b }) => {
+                    sink.triangles(1);
+                    if let Some(pair) = leaves.intersect(a, b) {
+                        sink.take(pair);
+                        if sink.has_enough() {
+                            return;
+                        }
+                    }
+                }
+                (Child::Inner { right }, b_child)
+                    if matches!(b_child, Child::Leaf { .. })
+                        || placement.first_is_larger(a_node, b_node) =>
+                {
+                    sink.boxes(2);
+                    for child in [a + right, a + 1] {
+                        if !a_nodes[child as usize].apart(b_node, &placement) {
+                            stack.push((child, b));
+                        }
+                    }
+                }
+                (_, Child::Inner { right }) => {
+                    sink.boxes(2);
+                    for child in [b + right, b + 1] {
+                        if !a_node.apart(&b_nodes[child as usize], &placement) {
+                            stack.push((a, child));
+                        }
+                    }
+                }
+                (Child::Inner { .. }, Child::Leaf { .. }) => unreachable!("the second arm's case"),
+            }
+        }
+    }
+}
+
+/// The exact test of two leaves' triangles.
+struct LeafTest<'a> {
+    fixed: &'a TreeView<'a>,
+    moving: &'a TreeView<'a>,
+    pose: &'a Pose,
+    filter: StaticFilter,
+}
+
+impl LeafTest<'_> {
+    #[inline]
+    fn intersect(&self, a: u32, b: u32) -> Option<Pair> {
+        let placed = self.moving.corners(b).map(|v| self.pose.apply(v));
+        triangles_intersect(&self.fixed.corners(a), &placed, &self.filter).then(|| {
+            [self.fixed.triangles()[a as usize].id, self.moving.triangles()[b as usize].id]
+        })
+    }
+}
+
+/// An error if a placed vertex overflows. Looks at single vertices only if the bounds might.
+fn check_range(moving: &TreeView<'_>, pose: &Pose) -> Result<(), DescentError> {
+    let header = moving.header();
+    let far: Point = [0, 1, 2].map(|i| header.low[i].abs().max(header.high[i].abs()));
+    if pose.reach(far).iter().all(|c| c.is_finite()) {
+        return Ok(());
+    }
+    let finite = |v: &Point| pose.apply(*v).iter().all(|c| c.is_finite());
+    let vertices = moving.vertices();
+    let placed_right =
+        |t: &&super::LeafTriangle| t.vertices.iter().all(|&v| finite(&vertices[v as usize]));
+    match moving.triangles().iter().filter(|t| !placed_right(t)).map(|t| t.id).min() {
+        None => Ok(()),
+        Some(triangle) => Err(DescentError::Overflow { triangle }),
+    }
+}
