@@ -1,0 +1,3 @@
+//! What a scene can ask of a scenario; one file an effect.
+
+pub mod contacts;
