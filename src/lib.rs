@@ -36,4 +36,5 @@
 pub mod effects;
 pub mod geometry;
 pub mod mesh;
+pub mod scene;
 pub mod tree;

@@ -1,0 +1,258 @@
+//! The scene file: TOML as written, then checked value by value into a [`Scene`].
+
+use std::fmt::Display;
+use std::num::NonZeroU32;
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+use toml::Spanned;
+
+use super::random::RandomScenarios;
+use super::values::positive;
+use super::{
+    Body, DistributionDepth, Engine, Penetration, Scenarios, Scene, SceneError, WorkerCount,
+};
+use crate::mesh::MeshSource;
+use crate::tree::TreeKind;
+
+/// The scene that runs when none is given; it documents every key.
+pub const DEFAULT_SCENE: &str = include_str!("../../config/default.toml");
+
+const VERSION: i64 = 1;
+
+/// q of the paper's experiments (section 7.4).
+const BUFFER_SCENARIOS: NonZeroU32 = NonZeroU32::new(20).unwrap();
+
+#[derive(Deserialize)]
+struct AnyVersion {
+    version: Option<Spanned<toml::Value>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SceneFile {
+    #[serde(rename = "version")]
+    _version: i64,
+    fixed: BodyFile,
+    moving: BodyFile,
+    #[serde(default)]
+    tree: TreeFile,
+    scenarios: Spanned<ScenariosFile>,
+    #[serde(default)]
+    engine: EngineFile,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BodyFile {
+    mesh: Spanned<String>,
+    depth: Option<Spanned<i64>>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TreeFile {
+    kind: Option<TreeKind>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ScenariosFile {
+    random: Option<RandomFile>,
+    poses: Option<PathBuf>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RandomFile {
+    count: Spanned<i64>,
+    seed: Option<Spanned<i64>>,
+    penetration: Option<Spanned<[f64; 2]>>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct EngineFile {
+    workers: Option<Spanned<i64>>,
+    buffer_scenarios: Option<Spanned<i64>>,
+}
+
+impl Scene {
+    /// Paths in the file are relative to the file.
+    pub fn read(path: &Path) -> Result<Self, SceneError> {
+        let unreadable = |source| SceneError::Read { path: path.to_owned(), source };
+        let text = std::fs::read_to_string(path).map_err(unreadable)?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        Self::parse(&text, &path.display().to_string(), folder)
+    }
+
+    /// The scene of [`DEFAULT_SCENE`].
+    pub fn embedded_default() -> Self {
+        Self::parse(DEFAULT_SCENE, "the default scene", Path::new(""))
+            .expect("the embedded scene is valid")
+    }
+
+    /// `name` stands for the file in errors; paths in the text are relative to `folder`.
+    pub fn parse(text: &str, name: &str, folder: &Path) -> Result<Self, SceneError> {
+        let source = Source { text, name, folder };
+        source.check_version()?;
+        let file = toml::from_str::<SceneFile>(text).map_err(|e| source.syntax_error(&e))?;
+        Ok(Self {
+            fixed: source.body("fixed", &file.fixed, DistributionDepth::FIXED)?,
+            moving: source.body("moving", &file.moving, DistributionDepth::MOVING)?,
+            tree: file.tree.kind.unwrap_or_default(),
+            scenarios: source.scenarios(&file.scenarios)?,
+            engine: source.engine(&file.engine)?,
+        })
+    }
+}
+
+/// The text that a scene is made from, to say where in it something is wrong.
+struct Source<'a> {
+    text: &'a str,
+    name: &'a str,
+    folder: &'a Path,
+}
+
+impl Source<'_> {
+    /// Checked before anything else: a file of another version may have other keys.
+    fn check_version(&self) -> Result<(), SceneError> {
+        let file = toml::from_str::<AnyVersion>(self.text).map_err(|e| self.syntax_error(&e))?;
+        let Some(version) = file.version else {
+            return Err(self.invalid(0, "version", "is missing: add the line `version = 1`"));
+        };
+        if version.get_ref().as_integer() == Some(VERSION) {
+            return Ok(());
+        }
+        let reason = format!(
+            "{} is not a version of scene files that this bumper knows: it reads version {VERSION}",
+            version.get_ref()
+        );
+        Err(self.invalid(version.span().start, "version", reason))
+    }
+
+    fn body(
+        &self,
+        key: &str,
+        file: &BodyFile,
+        default_depth: DistributionDepth,
+    ) -> Result<Body, SceneError> {
+        let mesh = file.mesh.get_ref().parse::<MeshSource>();
+        let mesh = mesh.map_err(|e| self.wrong(&file.mesh, &format!("{key}.mesh"), e))?;
+        let depth = self.checked(
+            file.depth.as_ref(),
+            &format!("{key}.depth"),
+            default_depth,
+            DistributionDepth::new,
+        )?;
+        Ok(Body { mesh: self.resolve_mesh(mesh), depth })
+    }
+
+    fn scenarios(&self, file: &Spanned<ScenariosFile>) -> Result<Scenarios, SceneError> {
+        match (&file.get_ref().random, &file.get_ref().poses) {
+            (Some(random), None) => Ok(Scenarios::Random(self.random(random)?)),
+            (None, Some(poses)) => {
+                Ok(Scenarios::Poses { file: self.folder.join(poses), first: None })
+            }
+            (None, None) => {
+                let reason = "says nothing: write `random = { count = 100 }` or `poses = \"FILE\"`";
+                Err(self.wrong(file, "scenarios", reason))
+            }
+            (Some(_), Some(_)) => {
+                let reason = "has both `random` and `poses`: keep the one that is meant";
+                Err(self.wrong(file, "scenarios", reason))
+            }
+        }
+    }
+
+    fn random(&self, file: &RandomFile) -> Result<RandomScenarios, SceneError> {
+        let count = |n| positive(n, "a number of scenarios", i64::from(u32::MAX));
+        let count = count(*file.count.get_ref())
+            .map_err(|e| self.wrong(&file.count, "scenarios.random.count", e))?;
+        let seed = self.checked(file.seed.as_ref(), "scenarios.random.seed", 1, |n| {
+            u64::try_from(n).map_err(|_| format!("{n} is negative: a seed is 0 or more"))
+        })?;
+        let penetration = self.checked(
+            file.penetration.as_ref(),
+            "scenarios.random.penetration",
+            Penetration::PAPER,
+            Penetration::new,
+        )?;
+        Ok(RandomScenarios { count, seed, penetration })
+    }
+
+    fn engine(&self, file: &EngineFile) -> Result<Engine, SceneError> {
+        let workers = self.checked(file.workers.as_ref(), "engine.workers", None, |n| {
+            WorkerCount::new(n).map(Some)
+        })?;
+        let buffer_scenarios = self.checked(
+            file.buffer_scenarios.as_ref(),
+            "engine.buffer_scenarios",
+            BUFFER_SCENARIOS,
+            |n| positive(n, "a number of scenarios", 1 << 20),
+        )?;
+        Ok(Engine { workers, buffer_scenarios })
+    }
+
+    fn resolve_mesh(&self, mesh: MeshSource) -> MeshSource {
+        match mesh {
+            MeshSource::File(path) => MeshSource::File(self.folder.join(path)),
+            builtin @ MeshSource::Builtin(_) => builtin,
+        }
+    }
+
+    fn checked<T: Copy, V, E: Display>(
+        &self,
+        value: Option<&Spanned<T>>,
+        key: &str,
+        default: V,
+        check: impl Fn(T) -> Result<V, E>,
+    ) -> Result<V, SceneError> {
+        match value {
+            None => Ok(default),
+            Some(value) => check(*value.get_ref()).map_err(|e| self.wrong(value, key, e)),
+        }
+    }
+
+    fn wrong<T>(&self, value: &Spanned<T>, key: &str, reason: impl Display) -> SceneError {
+        self.invalid(value.span().start, key, reason)
+    }
+
+    fn syntax_error(&self, error: &toml::de::Error) -> SceneError {
+        let key = key_of(error);
+        let message = error.message();
+        let reason = match nearest_key(message) {
+            Some(near) => format!("{message}; did you mean `{near}`?"),
+            None => message.to_owned(),
+        };
+        self.invalid(error.span().map_or(0, |span| span.start), &key, reason)
+    }
+
+    fn invalid(&self, offset: usize, key: &str, reason: impl Display) -> SceneError {
+        let before = &self.text.as_bytes()[..offset.min(self.text.len())];
+        SceneError::Invalid {
+            file: self.name.to_owned(),
+            line: 1 + before.iter().filter(|&&byte| byte == b'\n').count(),
+            key: key.to_owned(),
+            reason: reason.to_string(),
+        }
+    }
+}
+
+/// The dotted key that an error is about. It is shown only by an error that has no text to quote.
+fn key_of(error: &toml::de::Error) -> String {
+    let mut bare = error.clone();
+    bare.set_input(None);
+    let shown = bare.to_string();
+    let key = shown.lines().last().and_then(|line| line.strip_prefix("in `"));
+    key.and_then(|key| key.strip_suffix('`')).unwrap_or_default().to_owned()
+}
+
+/// From serde's "unknown field `cout`, expected one of `count`, `seed`": `count`.
+fn nearest_key(message: &str) -> Option<&str> {
+    let mut quoted = message.strip_prefix("unknown ")?.split('`').skip(1).step_by(2);
+    let unknown = quoted.next()?;
+    let similarity = |key: &str| strsim::normalized_damerau_levenshtein(unknown, key);
+    let nearest = quoted.max_by(|a, b| similarity(a).total_cmp(&similarity(b)))?;
+    (similarity(nearest) > 0.5).then_some(nearest)
+}

@@ -1,0 +1,55 @@
+//! What to compute: a scene file becomes a validated [`Scene`], and its scenarios become poses.
+
+mod error;
+mod file;
+pub mod poses;
+pub mod random;
+mod values;
+
+pub use error::{PosesError, SceneError};
+pub use file::DEFAULT_SCENE;
+pub use poses::read_poses;
+pub use values::{DistributionDepth, OutOfRange, Penetration, WorkerCount};
+
+use std::num::NonZeroU32;
+use std::path::PathBuf;
+
+use crate::mesh::MeshSource;
+use crate::tree::TreeKind;
+
+/// Everything a run is determined by. Each value has been checked; what only loading can show (a
+/// missing mesh, a bad row of poses) has not.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scene {
+    pub fixed: Body,
+    pub moving: Body,
+    pub tree: TreeKind,
+    pub scenarios: Scenarios,
+    pub engine: Engine,
+}
+
+/// One of the two vehicles.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Body {
+    pub mesh: MeshSource,
+    pub depth: DistributionDepth,
+}
+
+/// Where the poses of the moving mesh come from.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Scenarios {
+    Random(random::RandomScenarios),
+    Poses {
+        file: PathBuf,
+        /// Only this many rows, from the first.
+        first: Option<NonZeroU32>,
+    },
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Engine {
+    /// Absent: as many as the machine has cores.
+    pub workers: Option<WorkerCount>,
+    /// q: scenarios that are sent to a worker in one batch.
+    pub buffer_scenarios: NonZeroU32,
+}
