@@ -38,3 +38,4 @@ pub mod geometry;
 pub mod mesh;
 pub mod scene;
 pub mod tree;
+pub mod wire;

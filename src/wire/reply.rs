@@ -1,0 +1,282 @@
+//! From a remote client to its local client.
+
+use bytemuck::{Pod, Zeroable};
+
+use super::{VERSION, WireError, ascending, flag, records, split_header, zero};
+use crate::tree::descent::Pair;
+
+const MAGIC: u32 = u32::from_le_bytes(*b"bANS");
+const READY: u16 = 1;
+const ANSWERS: u16 = 2;
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct ReplyHeader {
+    magic: u32,
+    version: u16,
+    kind: u16,
+    task: u64,
+    /// Number of [`AnswerRecord`]s that follow.
+    answers: u32,
+    /// Number of pairs after the records.
+    pairs: u32,
+    /// 1: this message ends the task.
+    last: u32,
+    reserved: u32,
+}
+
+/// The trees that a worker has validated: [`crate::tree::TreeView::hash`] of each.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+pub struct TreeHashes {
+    pub fixed: u64,
+    pub moving: u64,
+}
+
+/// The answer to one scenario, or, if its pairs do not fit into one message, a part of it.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+pub struct AnswerRecord {
+    pub scenario: u32,
+    status: u32,
+    /// Of the whole scenario.
+    pub pair_count: u32,
+    /// The scenario's pairs that earlier messages carried.
+    pub first_pair: u32,
+    /// The scenario's pairs in this message.
+    pub pairs_here: u32,
+    /// Overflow only: triangle of the moving mesh.
+    triangle: u32,
+    pub pairs_fnv1a64: u64,
+    pub compute_ns: u64,
+}
+
+const _: () = assert!(size_of::<ReplyHeader>() == 32 && align_of::<ReplyHeader>() == 8);
+const _: () = assert!(size_of::<TreeHashes>() == 16 && align_of::<TreeHashes>() == 8);
+const _: () = assert!(size_of::<AnswerRecord>() == 40 && align_of::<AnswerRecord>() == 8);
+
+const ANSWERED: u32 = 0;
+const OVERFLOW: u32 = 1;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AnswerStatus {
+    Answered,
+    /// The pose takes this triangle of the moving mesh out of the range of 64-bit numbers.
+    Overflow {
+        triangle: u32,
+    },
+}
+
+impl AnswerRecord {
+    /// An answer without its pairs: `pairs_here` is 0.
+    pub fn answered(scenario: u32, pair_count: u32, pairs_fnv1a64: u64, compute_ns: u64) -> Self {
+        Self { scenario, pair_count, pairs_fnv1a64, compute_ns, ..Self::zeroed() }
+    }
+
+    pub fn overflow(scenario: u32, triangle: u32, compute_ns: u64) -> Self {
+        Self { scenario, status: OVERFLOW, triangle, compute_ns, ..Self::zeroed() }
+    }
+
+    pub fn status(&self) -> AnswerStatus {
+        match self.status {
+            ANSWERED => AnswerStatus::Answered,
+            _ => AnswerStatus::Overflow { triangle: self.triangle },
+        }
+    }
+
+    fn validate(&self) -> Result<(), WireError> {
+        let refuse = |what| Err(WireError::Answer { scenario: self.scenario, what });
+        match self.status {
+            ANSWERED if self.triangle != 0 => refuse("answered, and names an overflowing triangle"),
+            ANSWERED => match self.first_pair.checked_add(self.pairs_here) {
+                Some(end) if end <= self.pair_count => Ok(()),
+                _ => refuse("carries more pairs than it counts"),
+            },
+            OVERFLOW if self.pair_count | self.first_pair | self.pairs_here != 0 => {
+                refuse("overflowed and has pairs all the same")
+            }
+            OVERFLOW => Ok(()),
+            _ => refuse("its status is unknown"),
+        }
+    }
+}
+
+impl ReplyHeader {
+    pub fn ready() -> Self {
+        Self { magic: MAGIC, version: VERSION, kind: READY, ..Self::zeroed() }
+    }
+
+    pub fn answers(task: u64, answers: u32, pairs: u32, last: bool) -> Self {
+        Self { kind: ANSWERS, task, answers, pairs, last: last.into(), ..Self::ready() }
+    }
+}
+
+/// A validated message from a worker.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reply<'a> {
+    Ready(TreeHashes),
+    /// Scenario numbers ascend; `pairs` are those of all answers, one after the other.
+    Answers {
+        task: u64,
+        last: bool,
+        answers: &'a [AnswerRecord],
+        pairs: &'a [Pair],
+    },
+}
+
+impl<'a> Reply<'a> {
+    pub fn parse(bytes: &'a [u8]) -> Result<Self, WireError> {
+        let (header, rest) = split_header::<ReplyHeader>(bytes)?;
+        if header.magic != MAGIC {
+            return Err(WireError::Magic(header.magic));
+        }
+        if header.version != VERSION {
+            return Err(WireError::Version(header.version));
+        }
+        zero("reserved word", header.reserved)?;
+        match header.kind {
+            READY => parse_ready(header, rest),
+            ANSWERS => parse_answers(header, rest),
+            kind => Err(WireError::Kind(kind)),
+        }
+    }
+}
+
+fn parse_ready<'a>(header: &ReplyHeader, rest: &'a [u8]) -> Result<Reply<'a>, WireError> {
+    zero("answer count", header.answers | header.pairs | header.last)?;
+    Ok(Reply::Ready(records::<TreeHashes>(rest, 1)?[0]))
+}
+
+fn parse_answers<'a>(header: &ReplyHeader, rest: &'a [u8]) -> Result<Reply<'a>, WireError> {
+    let last = flag("last", header.last)?;
+    let needed = (header.answers as usize).saturating_mul(size_of::<AnswerRecord>());
+    let (answers, pairs) =
+        rest.split_at_checked(needed).ok_or(WireError::Truncated { found: rest.len(), needed })?;
+    let answers = records::<AnswerRecord>(answers, header.answers)?;
+    let pairs = records::<Pair>(pairs, header.pairs)?;
+    ascending(answers.iter().map(|a| a.scenario))?;
+    answers.iter().try_for_each(AnswerRecord::validate)?;
+    let carried: u64 = answers.iter().map(|a| u64::from(a.pairs_here)).sum();
+    if carried != u64::from(header.pairs) {
+        return Err(WireError::Field { field: "pair count", value: u64::from(header.pairs) });
+    }
+    Ok(Reply::Answers { task: header.task, last, answers, pairs })
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    const PAIRS: [Pair; 3] = [[1, 2], [3, 4], [5, 6]];
+
+    fn records() -> [AnswerRecord; 3] {
+        let first = AnswerRecord { pairs_here: 2, ..AnswerRecord::answered(10, 2, 77, 5) };
+        let part =
+            AnswerRecord { first_pair: 4, pairs_here: 1, ..AnswerRecord::answered(11, 9, 88, 6) };
+        [first, part, AnswerRecord::overflow(12, 345, 7)]
+    }
+
+    fn message(header: ReplyHeader, answers: &[AnswerRecord], pairs: &[Pair]) -> Vec<u64> {
+        let mut words = bytemuck::cast_slice::<_, u64>(bytemuck::bytes_of(&header)).to_vec();
+        words.extend_from_slice(bytemuck::cast_slice(answers));
+        words.extend(pairs.iter().map(|pair| bytemuck::cast::<Pair, u64>(*pair)));
+        words
+    }
+
+    fn good() -> Vec<u64> {
+        message(ReplyHeader::answers(42, 3, 3, true), &records(), &PAIRS)
+    }
+
+    fn parse(words: &[u64]) -> Result<Reply<'_>, WireError> {
+        Reply::parse(bytemuck::cast_slice(words))
+    }
+
+    fn with_answer(index: usize, change: impl FnOnce(&mut AnswerRecord)) -> Result<(), WireError> {
+        let mut answers = records();
+        change(&mut answers[index]);
+        parse(&message(ReplyHeader::answers(42, 3, 3, true), &answers, &PAIRS)).map(|_| ())
+    }
+
+    #[test]
+    fn answers_are_read_as_they_were_written() {
+        let expected = Reply::Answers { task: 42, last: true, answers: &records(), pairs: &PAIRS };
+        assert_eq!(parse(&good()), Ok(expected));
+        assert_eq!(records()[2].status(), AnswerStatus::Overflow { triangle: 345 });
+    }
+
+    #[test]
+    fn ready_carries_the_hashes_of_both_trees() {
+        let hashes = TreeHashes { fixed: 5, moving: 6 };
+        let mut words =
+            bytemuck::cast_slice::<_, u64>(bytemuck::bytes_of(&ReplyHeader::ready())).to_vec();
+        assert!(parse(&words).is_err());
+        words.extend([5, 6]);
+        assert_eq!(parse(&words), Ok(Reply::Ready(hashes)));
+        words.push(0);
+        assert!(matches!(parse(&words), Err(WireError::Length { .. })));
+    }
+
+    #[test]
+    fn every_truncation_and_every_extra_byte_is_refused() {
+        let mut words = good();
+        for length in 0..words.len() * 8 {
+            let bytes = &bytemuck::cast_slice::<_, u8>(&words)[..length];
+            assert!(Reply::parse(bytes).is_err(), "{length} bytes");
+        }
+        words.push(0);
+        assert!(matches!(parse(&words), Err(WireError::Length { .. })));
+    }
+
+    #[test]
+    fn each_damaged_header_field_is_named() {
+        let refused = |change: fn(&mut ReplyHeader)| {
+            let mut header = ReplyHeader::answers(42, 3, 3, true);
+            change(&mut header);
+            parse(&message(header, &records(), &PAIRS)).unwrap_err()
+        };
+        assert_eq!(refused(|h| h.magic = 1), WireError::Magic(1));
+        assert_eq!(refused(|h| h.version = 9), WireError::Version(9));
+        assert_eq!(refused(|h| h.kind = 3), WireError::Kind(3));
+        assert!(matches!(refused(|h| h.kind = READY), WireError::Field { .. }));
+        assert!(matches!(refused(|h| h.last = 2), WireError::Field { field: "last", .. }));
+        assert!(matches!(refused(|h| h.reserved = 1), WireError::Field { .. }));
+        assert!(matches!(refused(|h| h.answers = 2), WireError::Length { .. }));
+        assert!(matches!(refused(|h| h.answers = 4), WireError::Truncated { .. }));
+        assert!(matches!(refused(|h| h.answers = u32::MAX), WireError::Truncated { .. }));
+        assert!(matches!(refused(|h| h.pairs = u32::MAX), WireError::Length { .. }));
+    }
+
+    #[test]
+    fn each_impossible_answer_is_refused_by_scenario() {
+        let is_about = |result, number| matches!(result, Err(WireError::Answer { scenario, .. }) if scenario == number);
+        assert_eq!(with_answer(1, |a| a.scenario = 10), Err(WireError::Order(10)));
+        assert!(is_about(with_answer(0, |a| a.pairs_here = 3), 10));
+        assert!(is_about(with_answer(1, |a| a.first_pair = u32::MAX), 11));
+        assert!(is_about(with_answer(0, |a| a.status = 2), 10));
+        assert!(is_about(with_answer(0, |a| a.triangle = 2), 10));
+        assert!(is_about(with_answer(2, |a| a.pair_count = 1), 12));
+        let fewer = with_answer(0, |a| a.pairs_here = 1);
+        assert_eq!(fewer, Err(WireError::Field { field: "pair count", value: 3 }));
+    }
+
+    proptest! {
+        #[test]
+        fn damaged_bytes_never_panic_and_never_yield_pairs_they_do_not_hold(
+            damage in prop::collection::vec((0_usize..22 * 8, any::<u8>()), 1..8),
+            length in 0_usize..=22 * 8,
+        ) {
+            let mut words = good();
+            let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut words);
+            for (at, value) in damage {
+                bytes[at] = value;
+            }
+            if let Ok(Reply::Answers { answers, pairs, .. }) = Reply::parse(&bytes[..length]) {
+                let carried: usize = answers.iter().map(|a| a.pairs_here as usize).sum();
+                prop_assert_eq!(carried, pairs.len());
+                prop_assert!(answers.iter().all(|a| a.first_pair + a.pairs_here <= a.pair_count));
+            }
+        }
+    }
+}
