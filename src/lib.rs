@@ -37,5 +37,6 @@ pub mod effects;
 pub mod geometry;
 pub mod mesh;
 pub mod scene;
+pub mod transport;
 pub mod tree;
 pub mod wire;
