@@ -37,6 +37,9 @@ pub mod effects;
 pub mod geometry;
 pub mod mesh;
 pub mod scene;
+pub mod scheduler;
 pub mod transport;
 pub mod tree;
 pub mod wire;
+#[path = "../workers/mod.rs"]
+pub mod workers;

@@ -1,0 +1,91 @@
+//! OBB tree distributed nodes indicator (section 6.4.5 and table 1 of the paper).
+
+use crate::tree::roots::DistributedRoot;
+
+/// The bounding volume vector of one scenario and one tree: per distributed root the number of
+/// triangles below it, or 0 where it takes no part. Only the others are held.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct TreeIndicator {
+    /// (number of the root, triangles below it), ascending.
+    taking_part: Vec<(u32, u32)>,
+}
+
+impl TreeIndicator {
+    /// From the numbers of the roots that take part, in any order, repeated or not.
+    pub fn new(numbers: impl Iterator<Item = u32>, roots: &[DistributedRoot]) -> Self {
+        let mut numbers: Vec<u32> = numbers.collect();
+        numbers.sort_unstable();
+        numbers.dedup();
+        let with_triangles = |number: u32| (number, roots[number as usize].triangles);
+        Self { taking_part: numbers.into_iter().map(with_triangles).collect() }
+    }
+}
+
+/// Which distributed roots of one tree a client has been given: 1, or else 0.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct ClientIndicator {
+    given: Vec<bool>,
+}
+
+impl ClientIndicator {
+    /// The sum of the products of the two vectors.
+    pub fn score(&self, scenario: &TreeIndicator) -> u64 {
+        let given = |number: u32| self.given.get(number as usize) == Some(&true);
+        let parts = scenario.taking_part.iter();
+        parts.filter(|&&(number, _)| given(number)).map(|&(_, n)| u64::from(n)).sum()
+    }
+
+    /// Switches to 1 what the scenario adds.
+    pub fn give(&mut self, scenario: &TreeIndicator) {
+        if let Some(&(last, _)) = scenario.taking_part.last() {
+            let roots = self.given.len().max(last as usize + 1);
+            self.given.resize(roots, false);
+        }
+        for &(number, _) in &scenario.taking_part {
+            self.given[number as usize] = true;
+        }
+    }
+}
+
+#[cfg(test)]
+pub mod tests {
+    use super::*;
+
+    /// Triangles below the roots of table 1: of the first tree (figure 2), then of the second.
+    pub const TABLE_1_ROOTS: [&[u32]; 2] = [&[1, 11, 1, 1, 1, 4], &[2, 1, 14, 6]];
+
+    /// A row of table 1 that reads 0 or the number of triangles.
+    pub fn row(tree: usize, values: &[u32]) -> TreeIndicator {
+        let roots: Vec<_> = TABLE_1_ROOTS[tree]
+            .iter()
+            .map(|&triangles| DistributedRoot { node: 0, triangles })
+            .collect();
+        let numbers = (0..).zip(values).filter(|(_, value)| **value > 0).map(|(number, _)| number);
+        let indicator = TreeIndicator::new(numbers, &roots);
+        let held: u32 = indicator.taking_part.iter().map(|(_, n)| n).sum();
+        assert_eq!(held, values.iter().sum::<u32>(), "not a row for these roots");
+        indicator
+    }
+
+    #[test]
+    fn a_client_scores_the_triangles_it_was_given_already() {
+        let mut client = ClientIndicator::default();
+        assert_eq!(client.score(&row(1, &[2, 0, 14, 6])), 0);
+        client.give(&row(1, &[2, 0, 14, 6]));
+        assert_eq!(client.score(&row(1, &[2, 1, 14, 6])), 22);
+        assert_eq!(client.score(&row(1, &[0, 1, 0, 6])), 6);
+        assert_eq!(client.score(&row(1, &[0, 1, 0, 0])), 0);
+        client.give(&row(1, &[0, 1, 0, 0]));
+        assert_eq!(client.score(&row(1, &[0, 1, 0, 6])), 7);
+    }
+
+    #[test]
+    fn a_root_named_by_several_pairs_counts_once() {
+        let roots = [3, 5].map(|triangles| DistributedRoot { node: 0, triangles });
+        let repeated = TreeIndicator::new([1, 0, 1, 1].into_iter(), &roots);
+        assert_eq!(repeated, TreeIndicator::new([0, 1].into_iter(), &roots));
+        let mut client = ClientIndicator::default();
+        client.give(&repeated);
+        assert_eq!(client.score(&repeated), 8);
+    }
+}

@@ -1,0 +1,23 @@
+//! The master's side (section 6.4 of the paper): pure state machines, and the client manager that
+//! drives them.
+//!
+//! | | |
+//! |---|---|
+//! | [`client_manager`] | starts, feeds, watches and ends the workers; the only one with I/O and a clock |
+//! | [`jobs_submitter`] | pre-analysis: a pose becomes two indicators |
+//! | [`indicator`] | bounding volume vectors of scenarios and clients |
+//! | [`matchmaker`] | picks a client for a scenario |
+//! | [`local_client`] | what one worker was given and has not answered |
+//! | [`assignment`] | all of them together, and what nobody has been given yet |
+//! | [`collection`], [`result_order`] | replies become results in scenario order |
+
+pub mod assignment;
+pub mod client_manager;
+pub mod collection;
+mod engine_report;
+pub mod indicator;
+pub mod jobs_submitter;
+pub mod local_client;
+pub mod matchmaker;
+pub mod result_order;
+mod worker_process;
