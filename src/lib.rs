@@ -36,6 +36,7 @@
 pub mod effects;
 pub mod geometry;
 pub mod mesh;
+pub mod report;
 pub mod scene;
 pub mod scheduler;
 pub mod transport;

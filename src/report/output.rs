@@ -1,0 +1,171 @@
+//! The output directory of a run.
+
+use std::fs::{self, File};
+use std::io;
+use std::path::{Path, PathBuf};
+
+use super::Summary;
+use super::parquet::ContactsFile;
+use super::scenarios_csv::{self, ScenariosCsv};
+use crate::scheduler::client_manager::ScenarioResult;
+
+const SUMMARY: &str = "summary.json";
+const SCENARIOS: &str = "scenarios.csv";
+const CONTACTS: &str = "contacts.parquet";
+
+#[derive(Debug, thiserror::Error)]
+pub enum OutputError {
+    #[error("{path}: cannot write results here: {source}", path = path.display())]
+    Io { path: PathBuf, source: io::Error },
+    #[error("{path}: cannot be completed: {source}", path = path.display())]
+    Incomplete { path: PathBuf, source: io::Error },
+    #[error(
+        "{path}: holds files, but not of an earlier run: choose a new or an empty directory",
+        path = path.display()
+    )]
+    NotOurs { path: PathBuf },
+}
+
+/// A directory that results can be written to: a new one, an empty one, or one that holds an
+/// earlier run (its `scenarios.csv` starts with our header). Only files of the three names are ever
+/// replaced, and only when the first results are about to come.
+#[derive(Debug)]
+pub struct OutputDir {
+    path: PathBuf,
+}
+
+impl OutputDir {
+    /// Makes the directory where there is none, and tries whether it can be written to.
+    pub fn prepare(path: &Path) -> Result<Self, OutputError> {
+        let unusable = |source| OutputError::Io { path: path.to_owned(), source };
+        fs::create_dir_all(path).map_err(unusable)?;
+        if !is_empty(path).map_err(unusable)? && !holds_a_run(path) {
+            return Err(OutputError::NotOurs { path: path.to_owned() });
+        }
+        // Vanishes at once: only its creation matters.
+        tempfile::tempfile_in(path).map_err(unusable)?;
+        Ok(Self { path: path.to_owned() })
+    }
+
+    /// Replaces the files of an earlier run by new ones, `contacts.parquet` only `with_contacts`.
+    pub fn start(self, with_contacts: bool) -> Result<ResultFiles, OutputError> {
+        self.replace_files(with_contacts)
+            .map_err(|source| OutputError::Io { path: self.path.clone(), source })
+    }
+
+    fn replace_files(&self, with_contacts: bool) -> io::Result<ResultFiles> {
+        for path in [SUMMARY, CONTACTS].map(|name| self.path.join(name)) {
+            remove_if_there(&path)?;
+            remove_if_there(&partial(&path))?;
+        }
+        let scenarios = ScenariosCsv::create(&self.path.join(SCENARIOS))?;
+        let contacts = with_contacts
+            .then(|| ContactsFile::create(&partial(&self.path.join(CONTACTS))))
+            .transpose()?;
+        Ok(ResultFiles { folder: self.path.clone(), scenarios, contacts })
+    }
+}
+
+/// The files of a run that is going on.
+pub struct ResultFiles {
+    folder: PathBuf,
+    scenarios: ScenariosCsv,
+    contacts: Option<ContactsFile>,
+}
+
+impl ResultFiles {
+    /// In scenario order. After a failure, `scenarios.csv` holds all results before it.
+    pub fn write(&mut self, result: &ScenarioResult<'_>) -> Result<(), OutputError> {
+        self.scenarios.write(result).map_err(|source| self.incomplete(SCENARIOS, source))?;
+        let Some(contacts) = &mut self.contacts else { return Ok(()) };
+        let written = contacts.write(result.scenario, result.pairs);
+        written.map_err(|source| self.give_up(CONTACTS, source))
+    }
+
+    /// Completes the contacts: their file appears only now, as only now it can be read.
+    pub fn finish_contacts(&mut self) -> Result<(), OutputError> {
+        let Some(contacts) = self.contacts.take() else { return Ok(()) };
+        let path = self.folder.join(CONTACTS);
+        let finished = contacts.close().and_then(|()| fs::rename(partial(&path), path));
+        finished.map_err(|source| self.give_up(CONTACTS, source))
+    }
+
+    /// The last file to appear: a directory with a summary is complete.
+    pub fn write_summary(&mut self, summary: &Summary) -> Result<(), OutputError> {
+        let path = self.folder.join(SUMMARY);
+        let write = || {
+            fs::write(partial(&path), summary.to_json() + "\n")?;
+            fs::rename(partial(&path), &path)
+        };
+        write().map_err(|source| self.give_up(SUMMARY, source))
+    }
+
+    /// A part of a file that can only be read as a whole is of no use to anybody.
+    fn give_up(&mut self, name: &str, source: io::Error) -> OutputError {
+        self.contacts = None;
+        // What made the file fail may make this fail: the first error is the one to tell.
+        let _ = remove_if_there(&partial(&self.folder.join(name)));
+        self.incomplete(name, source)
+    }
+
+    fn incomplete(&self, name: &str, source: io::Error) -> OutputError {
+        OutputError::Incomplete { path: self.folder.join(name), source }
+    }
+}
+
+/// Where a file grows that means nothing until it is whole.
+fn partial(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".partial");
+    name.into()
+}
+
+fn is_empty(folder: &Path) -> io::Result<bool> {
+    fs::read_dir(folder)?.next().transpose().map(|first| first.is_none())
+}
+
+fn holds_a_run(folder: &Path) -> bool {
+    let start = || -> io::Result<Vec<u8>> {
+        use io::Read;
+        let mut start = Vec::new();
+        let file = File::open(folder.join(SCENARIOS))?;
+        file.take(scenarios_csv::HEADER.len() as u64).read_to_end(&mut start)?;
+        Ok(start)
+    };
+    start().is_ok_and(|start| start == scenarios_csv::HEADER.as_bytes())
+}
+
+fn remove_if_there(path: &Path) -> io::Result<()> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn contacts_that_do_not_fit_are_an_error_and_leave_no_part() {
+        let place = tempfile::tempdir().unwrap();
+        let mut files = OutputDir::prepare(place.path()).unwrap().start(true).unwrap();
+        files.contacts = Some(ContactsFile::create(Path::new("/dev/full")).unwrap());
+        let pairs = [[1, 2]];
+        let result = ScenarioResult {
+            scenario: 0,
+            pair_count: 1,
+            pairs_fnv1a64: 0,
+            compute_ns: 1,
+            worker: 0,
+            pairs: &pairs,
+        };
+        files.write(&result).unwrap();
+        let refused = files.finish_contacts().unwrap_err().to_string();
+        assert!(refused.contains("contacts.parquet") && refused.contains("space"), "{refused}");
+        let names: Vec<_> =
+            fs::read_dir(place.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+        assert_eq!(names, [SCENARIOS]);
+        assert_eq!(fs::read_to_string(place.path().join(SCENARIOS)).unwrap().lines().count(), 2);
+    }
+}
