@@ -33,6 +33,7 @@
 //! - *indicator*: which distributed roots a scenario needs, or a client has been given
 //! - *matchmaker*: chooses the client for a scenario; *claimed*: a client that is at work
 
+pub mod cli;
 pub mod effects;
 pub mod geometry;
 pub mod mesh;

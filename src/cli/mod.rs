@@ -1,0 +1,32 @@
+//! The command line: arguments in, exit code out.
+
+mod args;
+mod failure;
+mod interrupt;
+mod mesh_info;
+mod prepare;
+mod request;
+mod run;
+mod summary_text;
+mod terminal;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use self::args::{Cli, MeshVerb, RunArgs, Verb};
+use crate::workers;
+
+/// Runs what the command line asks for. Exit codes: 0 it ran, 1 it failed, 2 it was asked for
+/// something that makes no sense, 130 Ctrl-C.
+pub fn main() -> ExitCode {
+    let outcome = match Cli::parse().verb.unwrap_or(Verb::Run(RunArgs::default())) {
+        Verb::Worker { args } => return workers::main(&args),
+        Verb::Run(args) => terminal::log_to_stderr().and_then(|()| run::run(args)),
+        Verb::Mesh(MeshVerb::Info(args)) => mesh_info::run(&args),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => failure.report(),
+    }
+}

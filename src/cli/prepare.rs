@@ -1,0 +1,120 @@
+//! What a run needs before its workers start: meshes, trees, poses.
+
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+use anyhow::Context;
+
+use super::failure::Failure;
+use super::{interrupt, terminal};
+use crate::geometry::Pose;
+use crate::mesh::{MeshSource, TriangleMesh};
+use crate::report::MeshSummary;
+use crate::scene::random::{self, RandomError};
+use crate::scene::{Scenarios, Scene, read_poses};
+use crate::tree::{BuildOptions, TreeImage, cache};
+
+/// A value and the seconds it took.
+pub(super) type Timed<T> = (T, f64);
+
+pub(super) fn timed<T>(work: impl FnOnce() -> T) -> Timed<T> {
+    let start = Instant::now();
+    let value = work();
+    (value, start.elapsed().as_secs_f64())
+}
+
+/// The fixed and the moving one, which may be one and the same.
+pub(super) struct Both<T> {
+    fixed: T,
+    /// Absent: the same as the fixed one.
+    moving: Option<T>,
+}
+
+impl<T> Both<T> {
+    pub(super) fn fixed(&self) -> &T {
+        &self.fixed
+    }
+
+    pub(super) fn moving(&self) -> &T {
+        self.moving.as_ref().unwrap_or(&self.fixed)
+    }
+}
+
+/// Both meshes at a time; a mesh that is given twice is loaded once.
+pub(super) fn load(scene: &Scene) -> Result<Both<TriangleMesh>, Failure> {
+    let activity = terminal::activity("loading");
+    let (fixed, moving) = (&scene.fixed.mesh, &scene.moving.mesh);
+    let meshes = if same(fixed, moving) {
+        Both { fixed: load_one(fixed, "fixed")?, moving: None }
+    } else {
+        let (fixed, moving) =
+            rayon::join(|| load_one(fixed, "fixed"), || load_one(moving, "moving"));
+        Both { fixed: fixed?, moving: Some(moving?) }
+    };
+    activity.finish_and_clear();
+    Ok(meshes)
+}
+
+fn load_one(source: &MeshSource, role: &str) -> anyhow::Result<TriangleMesh> {
+    source.load().with_context(|| format!("cannot load the {role} mesh"))
+}
+
+fn same(a: &MeshSource, b: &MeshSource) -> bool {
+    match (a, b) {
+        (MeshSource::File(a), MeshSource::File(b)) => {
+            a == b || a.canonicalize().ok().is_some_and(|a| b.canonicalize().is_ok_and(|b| a == b))
+        }
+        _ => a == b,
+    }
+}
+
+pub(super) struct Tree {
+    pub image: TreeImage,
+    pub summary: MeshSummary,
+}
+
+/// Both trees at a time, from the cache where they are in it.
+pub(super) fn build(
+    meshes: &Both<TriangleMesh>,
+    options: BuildOptions,
+    cache_dir: Option<&Path>,
+) -> Both<Tree> {
+    let activity = terminal::activity("building");
+    let one = |mesh: &TriangleMesh| build_one(mesh, options, cache_dir);
+    let (fixed, moving) = rayon::join(|| one(&meshes.fixed), || meshes.moving.as_ref().map(one));
+    activity.finish_and_clear();
+    Both { fixed, moving }
+}
+
+fn build_one(mesh: &TriangleMesh, options: BuildOptions, cache_dir: Option<&Path>) -> Tree {
+    let (image, outcome) = cache::load_or_build(mesh, options, cache_dir);
+    let summary = MeshSummary::new(mesh, &image, outcome);
+    Tree { image, summary }
+}
+
+/// The poses of a file, or random ones.
+pub(super) fn poses(
+    scenarios: &Scenarios,
+    meshes: &Both<TriangleMesh>,
+    trees: &Both<Tree>,
+    interrupt: &AtomicBool,
+) -> Result<Vec<Pose>, Failure> {
+    let random = match scenarios {
+        Scenarios::Poses { file, first } => return Ok(read_poses(file, *first)?),
+        Scenarios::Random(random) => random,
+    };
+    let bar = terminal::scenario_bar("placing", random.count.get() as usize);
+    let poses = random::poses(
+        random,
+        (meshes.fixed(), &trees.fixed().image.view()),
+        (meshes.moving(), &trees.moving().image.view()),
+        &|| bar.inc(1),
+        interrupt,
+    );
+    bar.finish_and_clear();
+    poses.map_err(|error| match error {
+        RandomError::Interrupted => interrupt::before_results(),
+        other => other.into(),
+    })
+}
