@@ -1,0 +1,196 @@
+//! A small scene, its answers found without the engine, and runs of the engine on it.
+#![allow(dead_code, reason = "each test program uses its part of this")]
+
+use std::collections::BTreeSet;
+use std::io;
+use std::num::NonZeroU32;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+
+use bumper::effects::contacts::{contacts, pairs_fnv1a64};
+use bumper::geometry::Pose;
+use bumper::mesh::TriangleMesh;
+use bumper::scheduler::client_manager::{
+    EngineError, EngineOptions, EngineReport, ResultSink, ScenarioResult, Work, needs, run_over,
+};
+use bumper::transport::shared_memory::SharedMemory;
+use bumper::tree::descent::{Descent, Pair};
+use bumper::tree::{BuildOptions, TreeImage, TreeKind, build};
+
+/// Scenario, number of pairs, their hash, the pairs.
+pub type Answer = (u32, u32, u64, Vec<Pair>);
+
+pub struct Scene {
+    pub fixed: TreeImage,
+    pub moving: TreeImage,
+    pub poses: Vec<Pose>,
+}
+
+/// A sphere of about radius 1 with dents, in `2 * rings * rings` triangles.
+fn dented_sphere(rings: u32, dents: f64) -> TriangleMesh {
+    let angle = |i: u32| f64::from(i) / f64::from(rings) * std::f64::consts::PI;
+    let mut vertices = Vec::new();
+    for (i, j) in (0..=rings).flat_map(|i| (0..rings).map(move |j| (i, j))) {
+        let (polar, azimuth) = (angle(i), 2.0 * angle(j));
+        let radius = 1.0 + 0.05 * (dents * polar).sin() * (dents * azimuth).cos();
+        vertices.push([
+            radius * polar.sin() * azimuth.cos(),
+            radius * polar.sin() * azimuth.sin(),
+            radius * polar.cos(),
+        ]);
+    }
+    let at = |i: u32, j: u32| i * rings + j % rings;
+    let faces = (0..rings).flat_map(|i| (0..rings).map(move |j| (i, j))).flat_map(|(i, j)| {
+        let corners = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+        [[corners[0], corners[1], corners[2]], [corners[0], corners[2], corners[3]]]
+    });
+    TriangleMesh::new(vertices, faces.collect()).unwrap()
+}
+
+impl Scene {
+    /// Two spheres of `2 * rings * rings` triangles in `scenarios` poses, from touching nowhere to
+    /// deep inside each other.
+    pub fn new(rings: u32, scenarios: u32) -> Self {
+        let options = BuildOptions { kind: TreeKind::Obb };
+        let poses = (0..scenarios).map(|n| {
+            let t = f64::from(n);
+            let half = 0.37 * t;
+            let quaternion = [half.cos(), half.sin() * 0.6, 0.0, half.sin() * 0.8];
+            let distance = 1.2 + 0.5 * (1.0 + (0.73 * t).sin());
+            Pose::from_quaternion(quaternion, [distance * t.cos(), distance * t.sin(), 0.1])
+        });
+        Self {
+            fixed: build(&dented_sphere(rings, 7.0), options),
+            moving: build(&dented_sphere(rings, 5.0), options),
+            poses: poses.collect(),
+        }
+    }
+
+    /// Answered one after the other in this process.
+    pub fn truth(&self) -> Vec<Answer> {
+        let (mut descent, mut pairs) = (Descent::default(), Vec::new());
+        let (fixed, moving) = (self.fixed.view(), self.moving.view());
+        (0..)
+            .zip(&self.poses)
+            .map(|(scenario, pose)| {
+                contacts(&mut descent, &fixed, &moving, pose, &mut pairs).unwrap();
+                (scenario, pairs.len() as u32, pairs_fnv1a64(&pairs), pairs.clone())
+            })
+            .collect()
+    }
+
+    fn work(&self) -> Work<'_> {
+        Work { fixed: self.fixed.view(), moving: self.moving.view(), poses: &self.poses }
+    }
+}
+
+pub fn options(workers: u32) -> EngineOptions {
+    EngineOptions {
+        workers: NonZeroU32::new(workers).unwrap(),
+        buffer_scenarios: NonZeroU32::new(5).unwrap(),
+        fixed_depth: 5,
+        moving_depth: 4,
+        send_pairs: true,
+        worker_program: env!("CARGO_BIN_EXE_bumper").into(),
+    }
+}
+
+/// Keeps results, after `on_result` has seen each.
+pub struct Recorder<F> {
+    pub answers: Vec<Answer>,
+    pub on_result: F,
+}
+
+impl<F: FnMut(u32) -> io::Result<()>> ResultSink for Recorder<F> {
+    fn accept(&mut self, result: ScenarioResult<'_>) -> io::Result<()> {
+        (self.on_result)(result.scenario)?;
+        let ScenarioResult { scenario, pair_count, pairs_fnv1a64, pairs, .. } = result;
+        self.answers.push((scenario, pair_count, pairs_fnv1a64, pairs.to_vec()));
+        Ok(())
+    }
+}
+
+/// Where a run has its files.
+pub struct Place {
+    base: tempfile::TempDir,
+}
+
+impl Place {
+    pub fn new() -> Self {
+        Self { base: tempfile::tempdir().unwrap() }
+    }
+
+    pub fn base(&self) -> &Path {
+        self.base.path()
+    }
+
+    /// Runs the engine here, then checks that nothing of the run is left: no process, no file.
+    pub fn run(
+        &self,
+        scene: &Scene,
+        options: &EngineOptions,
+        interrupt: &AtomicBool,
+        mut on_result: impl FnMut(u32) -> io::Result<()>,
+    ) -> (Result<EngineReport, EngineError>, Vec<Answer>) {
+        let work = scene.work();
+        let transport = SharedMemory::create(self.base(), &needs(&work, options)).unwrap();
+        let prefixes = self.prefixes();
+        assert!(!shared_memory_files(&prefixes).is_empty(), "cannot see the run's files");
+        let mut recorder = Recorder { answers: Vec::new(), on_result: &mut on_result };
+        let report = run_over(transport, work, options, &mut recorder, interrupt);
+        assert_eq!(shared_memory_files(&prefixes), [""; 0]);
+        assert_eq!(self.prefixes(), [""; 0]);
+        assert_eq!(self.workers(), BTreeSet::new());
+        (report, recorder.answers)
+    }
+
+    /// Prefixes in shared memory of the runs that have a directory here.
+    pub fn prefixes(&self) -> Vec<String> {
+        let Some(home) = names(self.base()).pop() else { return Vec::new() };
+        let runs = names(&self.base().join(&home)).into_iter();
+        let user = home.replace('-', "_");
+        runs.filter_map(|run| Some(format!("{user}_{}_", run.strip_prefix("run-")?))).collect()
+    }
+
+    /// Processes that were told of this place and have not ended.
+    pub fn workers(&self) -> BTreeSet<u32> {
+        let base = self.base().as_os_str().as_encoded_bytes();
+        let ids = names(Path::new("/proc")).into_iter().filter_map(|name| name.parse().ok());
+        ids.filter(|pid: &u32| {
+            let line = std::fs::read(format!("/proc/{pid}/cmdline")).unwrap_or_default();
+            line.windows(base.len()).any(|window| window == base)
+        })
+        .collect()
+    }
+}
+
+pub fn shared_memory_files(prefixes: &[String]) -> Vec<String> {
+    let files = names(Path::new("/dev/shm")).into_iter();
+    files.filter(|file| prefixes.iter().any(|prefix| file.starts_with(prefix))).collect()
+}
+
+fn names(directory: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(directory).unwrap();
+    entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect()
+}
+
+/// Returns when the process has no memory any more.
+pub fn kill(pid: u32) {
+    let status = std::process::Command::new("kill").args(["-9", &pid.to_string()]).status();
+    assert!(status.unwrap().success(), "no process {pid}");
+    while std::fs::read(format!("/proc/{pid}/cmdline")).is_ok_and(|line| !line.is_empty()) {
+        std::thread::yield_now();
+    }
+}
+
+/// Runs the named test of this test program in a process of its own, in another role.
+pub fn in_role(test: &str, role: &str) -> std::process::Command {
+    let program: PathBuf = std::env::current_exe().unwrap();
+    let mut command = std::process::Command::new(program);
+    command.args(["--exact", test, "--nocapture"]).env("BUMPER_TEST_ROLE", role);
+    command
+}
+
+pub fn role() -> Option<String> {
+    std::env::var("BUMPER_TEST_ROLE").ok()
+}
