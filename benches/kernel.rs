@@ -16,6 +16,7 @@ mod poses;
 #[path = "kernel/timing.rs"]
 mod timing;
 
+use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -24,6 +25,7 @@ use bumper::effects::contacts::pairs_fnv1a64;
 use bumper::geometry::Pose;
 use bumper::geometry::simd::SimdLevel;
 use bumper::mesh::{MeshSource, TriangleMesh};
+use bumper::scene::read_poses;
 use bumper::tree::descent::Descent;
 use bumper::tree::{BuildOptions, Counts, TreeImage, TreeKind, build};
 use clap::Parser;
@@ -42,7 +44,7 @@ struct Args {
     #[arg(long, requires = "poses")]
     truth: Option<PathBuf>,
     #[arg(long, default_value = "300")]
-    count: usize,
+    count: NonZeroU32,
     /// What cargo passes to every benchmark.
     #[arg(long, hide = true)]
     bench: bool,
@@ -82,7 +84,7 @@ fn main() -> Result<()> {
     }
 }
 
-fn from_directory(directory: &Path, [fixed, moving]: [&str; 2], count: usize) -> Args {
+fn from_directory(directory: &Path, [fixed, moving]: [&str; 2], count: NonZeroU32) -> Args {
     let mesh = |name: &str| directory.join(format!("meshes/{name}.ply")).display().to_string();
     let poses = |end: &str| Some(directory.join(format!("poses/{fixed}-{moving}{end}.csv")));
     let (poses, truth) = (poses(""), poses(".truth"));
@@ -98,8 +100,8 @@ fn run(args: &Args) -> Result<()> {
     let views = trees.last().map(|trees| (trees.fixed.view(), trees.moving.view()));
     let (a, b) = views.expect("there are tree kinds");
     let poses = match &args.poses {
-        Some(path) => poses::read(path, args.count)?,
-        None => poses::random(&a, &b, args.count)?,
+        Some(path) => read_poses(path, Some(args.count))?,
+        None => poses::random(&a, &b, args.count.get() as usize)?,
     };
     let near = poses::near_misses(&a, &b, &poses)?;
 

@@ -1,6 +1,4 @@
-//! Poses of the moving mesh: from a file, or random ones that touch.
-
-use std::path::Path;
+//! Poses of the moving mesh: random ones that touch, and near misses.
 
 use anyhow::Result;
 use bumper::geometry::{Point, Pose};
@@ -8,16 +6,6 @@ use bumper::tree::TreeView;
 use bumper::tree::descent::Descent;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
-
-pub fn read(path: &Path, count: usize) -> Result<Vec<Pose>> {
-    let mut file = csv::Reader::from_path(path)?;
-    let rows = file.deserialize::<[f64; 7]>().take(count);
-    rows.map(|row| {
-        let [w, x, y, z, translation @ ..] = row?;
-        Ok(Pose::checked([w, x, y, z], translation)?)
-    })
-    .collect()
-}
 
 /// All six degrees of freedom random, 5 mm to 300 mm of penetration along a random direction, as
 /// section 7 of the paper has it.

@@ -18,6 +18,18 @@ pub fn dot(a: &Point, b: &Point) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
+/// Least and greatest coordinates per axis; infinite and the wrong way round for no points.
+pub fn bounds<'a>(points: impl IntoIterator<Item = &'a Point>) -> (Point, Point) {
+    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for point in points {
+        for axis in 0..3 {
+            low[axis] = low[axis].min(point[axis]);
+            high[axis] = high[axis].max(point[axis]);
+        }
+    }
+    (low, high)
+}
+
 #[inline(always)]
 pub fn apply(m: &Matrix, v: &Point) -> Point {
     [dot(&m[0], v), dot(&m[1], v), dot(&m[2], v)]

@@ -13,6 +13,7 @@ use xxhash_rust::xxh3::xxh3_64;
 use super::node::{AabbNode, Child, Node, ObbNode};
 use super::wide::{self, LeafBox, LeafRows, WideNode};
 use super::{BuildOptions, TreeKind};
+use crate::geometry::boxes::bounds;
 use crate::geometry::{Point, Triangle};
 
 pub const MAGIC: [u8; 8] = *b"bumptree";
@@ -178,13 +179,6 @@ impl TreeImage {
         image[..size_of::<Header>()].copy_from_slice(bytemuck::bytes_of(&header));
         Self { blocks }
     }
-}
-
-fn bounds(vertices: &[Point]) -> (Point, Point) {
-    let start = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-    vertices.iter().fold(start, |(low, high), v| {
-        ([0, 1, 2].map(|i| low[i].min(v[i])), [0, 1, 2].map(|i| high[i].max(v[i])))
-    })
 }
 
 /// The longest diagonal of the boxes with these half extents.

@@ -15,6 +15,7 @@ mod wide;
 pub use image::{Block, FORMAT_VERSION, Header, ImageError, LeafTriangle, TreeImage, TreeView};
 pub use sink::Counts;
 
+use crate::geometry::boxes::bounds;
 use crate::geometry::{Point, Triangle};
 use crate::mesh::TriangleMesh;
 use build::{Orient, build_nodes};
@@ -125,12 +126,8 @@ fn build_wide(
 /// The centre of the mesh, and the power of two above half its extent: node coordinates come to
 /// lie within [-1, 1]. The unit stays in a range where it and its reciprocal are normal numbers.
 fn frame(mesh: &TriangleMesh) -> (Point, f64) {
-    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-    for corner in mesh.faces().as_flattened() {
-        let v = mesh.vertices()[*corner as usize];
-        (0..3).for_each(|i| low[i] = low[i].min(v[i]));
-        (0..3).for_each(|i| high[i] = high[i].max(v[i]));
-    }
+    let corners = mesh.faces().as_flattened();
+    let (low, high) = bounds(corners.iter().map(|&corner| &mesh.vertices()[corner as usize]));
     let origin = [0, 1, 2].map(|i| 0.5 * low[i] + 0.5 * high[i]);
     let extent = (0..3).map(|i| (0.5 * high[i] - 0.5 * low[i]).abs()).fold(0.0, f64::max);
     (origin, power_of_two_above(extent))

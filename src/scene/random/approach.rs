@@ -1,7 +1,8 @@
 //! Brings the moving mesh along a line to its first contact with the fixed one.
 
 use super::RandomError;
-use super::convex_hull::{bounds, dot, hull_corners, reach};
+use super::convex_hull::{hull_corners, reach};
+use crate::geometry::boxes::{bounds, dot};
 use crate::geometry::{Point, Pose};
 use crate::mesh::TriangleMesh;
 use crate::tree::TreeView;
@@ -42,7 +43,7 @@ impl<'a> Body<'a> {
             tree,
             centre,
             corners: corners.into_iter().map(|c| [0, 1, 2].map(|i| c[i] - centre[i])).collect(),
-            size: dot(edges, edges).sqrt(),
+            size: dot(&edges, &edges).sqrt(),
         }
     }
 }
@@ -135,7 +136,7 @@ impl Way<'_> {
     /// The distance from which on a plane across `axis` fits between the hulls. A plane nearly
     /// along the way proves little, and little exactly.
     fn apart_along(&self, axis: Point) -> Option<f64> {
-        let along = dot(axis, self.direction);
+        let along = dot(&axis, &self.direction);
         let axis = if along < 0.0 { axis.map(|c| -c) } else { axis };
         let r = &self.turned.rotation;
         // The axis seen from the moving frame, and towards the fixed mesh.

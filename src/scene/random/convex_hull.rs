@@ -4,6 +4,7 @@ use parry3d_f64::math::Vector;
 use parry3d_f64::transformation::try_convex_hull;
 
 use crate::geometry::Point;
+use crate::geometry::boxes::{bounds, dot};
 
 /// Points whose convex hull is that of `points`, up to rounding. Where there is no such hull (points
 /// in a plane, or a hull that rounding has spoiled) the corners of the bounding box, which contain
@@ -32,30 +33,13 @@ fn contains(corners: &[Point], points: &[Point]) -> bool {
 
 /// How far the points reach from the origin in a direction.
 pub(super) fn reach(points: &[Point], direction: Point) -> f64 {
-    points.iter().map(|&point| dot(point, direction)).fold(f64::NEG_INFINITY, f64::max)
-}
-
-pub(super) fn dot(a: Point, b: Point) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    points.iter().map(|point| dot(point, &direction)).fold(f64::NEG_INFINITY, f64::max)
 }
 
 fn box_corners(points: &[Point]) -> Vec<Point> {
     let (low, high) = bounds(points);
     let corner = |i: usize| [0, 1, 2].map(|axis| [low, high][i >> axis & 1][axis]);
     (0..8).map(corner).collect()
-}
-
-/// Least and greatest coordinates per axis.
-pub(super) fn bounds(points: &[Point]) -> (Point, Point) {
-    let mut low = [f64::INFINITY; 3];
-    let mut high = [f64::NEG_INFINITY; 3];
-    for point in points {
-        for axis in 0..3 {
-            low[axis] = low[axis].min(point[axis]);
-            high[axis] = high[axis].max(point[axis]);
-        }
-    }
-    (low, high)
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! The turned box of a leaf and its triangles in that box's frame.
 
 use super::node::{LeafBox, LeafRows};
+use crate::geometry::boxes::dot;
 use crate::geometry::{Point, Triangle};
 use crate::tree::fit::{Axes, IDENTITY, gaussian_axes, triangle_axes};
 use crate::tree::node::{AXES_TOLERANCE, round_up, widen};
@@ -85,8 +86,4 @@ fn doubled_area([a, b, c]: &Triangle) -> f64 {
     let [u, v] = [b, c].map(|p| [0, 1, 2].map(|i| p[i] - a[i]));
     let n = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
     dot(&n, &n)
-}
-
-fn dot(a: &Point, b: &Point) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
