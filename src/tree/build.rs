@@ -1,6 +1,8 @@
 //! Builds a tree top down (sections 6.1 and 6.2 of the paper), on all cores, the same bits on any
 //! number of them: every subtree knows its place in the output beforehand.
 
+use rayon::prelude::*;
+
 use super::fit::{Axes, IDENTITY, fit_box, gaussian_axes, triangle_axes};
 use super::node::{AabbNode, Link, Node, ObbNode};
 use super::split::{Interval, SweepRoom, median_split, weighted_sweep};
@@ -40,6 +42,12 @@ struct Room<'a> {
 }
 
 impl<'a> Room<'a> {
+    fn reborrow(&mut self) -> Room<'_> {
+        let SweepRoom { sorted, lowest_after, order } = &mut self.sweep;
+        let sweep = SweepRoom { sorted, lowest_after, order };
+        Room { ids: self.ids, intervals: self.intervals, sweep }
+    }
+
     fn split_at(self, count: usize) -> (Self, Self) {
         let (ids, ids_right) = self.ids.split_at_mut(count);
         let (intervals, intervals_right) = self.intervals.split_at_mut(count);
@@ -70,7 +78,8 @@ impl<'a> Room<'a> {
 /// The nodes depth first, and the triangles' numbers in the order of their leaves.
 pub fn build_nodes<N: Orient>(triangles: &[Triangle]) -> (Vec<N>, Vec<u32>) {
     let n = triangles.len();
-    let mut nodes = vec![N::zeroed(); 2 * n - 1];
+    let mut nodes = Vec::new();
+    (0..2 * n - 1).into_par_iter().map(|_| N::zeroed()).collect_into_vec(&mut nodes);
     let mut ids: Vec<u32> = (0..n as u32).collect();
     let room = Room {
         ids: &mut ids,
@@ -81,42 +90,73 @@ pub fn build_nodes<N: Orient>(triangles: &[Triangle]) -> (Vec<N>, Vec<u32>) {
             order: &mut vec![0; n],
         },
     };
-    subtree(triangles, &mut nodes, room, 0, 0);
+    Subtree { nodes: &mut nodes, room, first_rank: 0, depth: 0 }.build(triangles);
     (nodes, ids)
 }
 
-fn subtree<N: Orient>(
-    triangles: &[Triangle],
-    nodes: &mut [N],
-    mut room: Room<'_>,
+struct Subtree<'a, N> {
+    nodes: &'a mut [N],
+    room: Room<'a>,
     first_rank: u32,
     depth: u32,
-) {
-    let axes = N::axes(triangles, room.ids);
-    let fit = fit_box(triangles, room.ids, &axes, room.intervals);
-    let n = room.ids.len();
-    if n == 1 {
-        nodes[0] = N::new(fit.center, fit.half, &axes, Link::leaf(first_rank));
-        return;
+}
+
+impl<N: Orient> Subtree<'_, N> {
+    fn build(self, triangles: &[Triangle]) {
+        if self.room.ids.len() < PARALLEL_BUILD {
+            self.build_gathered(triangles);
+        } else if let Some([left, right]) = self.split(triangles) {
+            rayon::join(|| left.build(triangles), || right.build(triangles));
+        }
     }
-    let swept = if depth < HALVE_FROM_DEPTH {
-        weighted_sweep(room.intervals, &mut room.sweep)
-    } else {
-        None
-    };
-    let count = swept.unwrap_or_else(|| median_split(room.intervals, &mut room.sweep));
-    room.reorder();
-    nodes[0] = N::new(fit.center, fit.half, &axes, Link::inner(2 * count as u32));
-    let (left_nodes, right_nodes) = nodes[1..].split_at_mut(2 * count - 1);
-    let (left, right) = room.split_at(count);
-    let right_rank = first_rank + count as u32;
-    let build_left = || subtree(triangles, left_nodes, left, first_rank, depth + 1);
-    let build_right = || subtree(triangles, right_nodes, right, right_rank, depth + 1);
-    if n < PARALLEL_BUILD {
-        build_left();
-        build_right();
-    } else {
-        rayon::join(build_left, build_right);
+
+    /// From a copy of its triangles that are together and stay in the cache.
+    fn build_gathered(mut self, triangles: &[Triangle]) {
+        let ids = &mut *self.room.ids;
+        let gathered: Vec<Triangle> = ids.iter().map(|&id| triangles[id as usize]).collect();
+        let names = ids.to_vec();
+        ids.iter_mut().zip(0..).for_each(|(id, number)| *id = number);
+        let Self { nodes, room, first_rank, depth } = &mut self;
+        Subtree { nodes, room: room.reborrow(), first_rank: *first_rank, depth: *depth }
+            .build_alone(&gathered);
+        self.room.ids.iter_mut().for_each(|id| *id = names[*id as usize]);
+    }
+
+    fn build_alone(self, triangles: &[Triangle]) {
+        if let Some([left, right]) = self.split(triangles) {
+            left.build_alone(triangles);
+            right.build_alone(triangles);
+        }
+    }
+}
+
+impl<'a, N: Orient> Subtree<'a, N> {
+    /// Makes the root; both subtrees below, none below a leaf.
+    fn split(self, triangles: &[Triangle]) -> Option<[Self; 2]> {
+        let Self { nodes, mut room, first_rank, depth } = self;
+        let axes = N::axes(triangles, room.ids);
+        let fit = fit_box(triangles, room.ids, &axes, room.intervals);
+        let (root, below) = nodes.split_first_mut()?;
+        if room.ids.len() == 1 {
+            *root = N::new(fit.center, fit.half, &axes, Link::leaf(first_rank));
+            return None;
+        }
+        let swept = if depth < HALVE_FROM_DEPTH {
+            weighted_sweep(room.intervals, &mut room.sweep)
+        } else {
+            None
+        };
+        let count = swept.unwrap_or_else(|| median_split(room.intervals, &mut room.sweep));
+        room.reorder();
+        *root = N::new(fit.center, fit.half, &axes, Link::inner(2 * count as u32));
+        let (left, right) = below.split_at_mut(2 * count - 1);
+        let (left_room, right_room) = room.split_at(count);
+        let right_rank = first_rank + count as u32;
+        let depth = depth + 1;
+        Some([
+            Subtree { nodes: left, room: left_room, first_rank, depth },
+            Subtree { nodes: right, room: right_room, first_rank: right_rank, depth },
+        ])
     }
 }
 

@@ -5,15 +5,20 @@ pub mod cache;
 pub mod descent;
 mod fit;
 mod image;
+mod kept;
 mod node;
 mod placement;
 pub mod roots;
 mod sink;
 mod split;
+pub mod subtree;
 mod wide;
 
 pub use image::{Block, FORMAT_VERSION, Header, ImageError, LeafTriangle, TreeImage, TreeView};
+pub use kept::KeptTree;
 pub use sink::Counts;
+
+use rayon::prelude::*;
 
 use crate::geometry::boxes::bounds;
 use crate::geometry::{Point, Triangle};
@@ -21,6 +26,7 @@ use crate::mesh::TriangleMesh;
 use build::{Orient, build_nodes};
 use image::{Parts, longest_diagonal};
 use node::{AabbNode, Child, ObbNode, widen};
+use wide::Outline;
 
 /// Bounding volume of the nodes.
 #[derive(
@@ -70,12 +76,14 @@ pub fn build(mesh: &TriangleMesh, options: BuildOptions) -> TreeImage {
 }
 
 fn normalised(mesh: &TriangleMesh, (origin, unit): (Point, f64)) -> Vec<Triangle> {
-    (0..mesh.faces().len() as u32)
-        .map(|face| {
-            // No difference overflows: the origin is in the middle of all vertices.
-            mesh.triangle(face).map(|v| [0, 1, 2].map(|i| (v[i] - origin[i]) / unit))
-        })
-        .collect()
+    // No difference overflows: the origin is in the middle of all vertices. A power of two divides
+    // as its reciprocal multiplies.
+    let scale = unit.recip();
+    let vertex = |v: u32| {
+        let v = &mesh.vertices()[v as usize];
+        [(v[0] - origin[0]) * scale, (v[1] - origin[1]) * scale, (v[2] - origin[2]) * scale]
+    };
+    mesh.faces().par_iter().map(|&[a, b, c]| [vertex(a), vertex(b), vertex(c)]).collect()
 }
 
 fn build_binary<N: Orient>(
@@ -85,14 +93,18 @@ fn build_binary<N: Orient>(
     normalised: &[Triangle],
 ) -> TreeImage {
     let (nodes, order) = build_nodes::<N>(normalised);
-    let (triangles, vertices) = in_leaf_order(mesh, &order);
-    let leaves = nodes.iter().filter(|node| matches!(node.link().child(), Child::Leaf { .. }));
+    let leaf = |node: &N| matches!(node.link().child(), Child::Leaf { .. }).then(|| node.half());
+    let measure = || longest_diagonal(nodes.par_iter().filter_map(leaf));
+    let ((triangles, vertices), (leaf_diameter, mesh_hash)) = rayon::join(
+        || in_leaf_order(mesh, &order),
+        || rayon::join(measure, || mesh.content_hash()),
+    );
     TreeImage::assemble(&Parts {
-        mesh_hash: mesh.content_hash(),
+        mesh_hash,
         options,
         origin,
         unit,
-        leaf_diameter: longest_diagonal(leaves.map(|leaf| leaf.half())),
+        leaf_diameter,
         nodes: (bytemuck::cast_slice(&nodes), nodes.len()),
         leaf_boxes: &[],
         leaf_rows: &[],
@@ -107,14 +119,17 @@ fn build_wide(
     (origin, unit): (Point, f64),
     normalised: &[Triangle],
 ) -> TreeImage {
-    let tree = wide::build(normalised);
-    let (triangles, vertices) = in_leaf_order(mesh, &tree.order);
+    let outline = Outline::of(normalised);
+    let ((triangles, vertices), (tree, mesh_hash)) = rayon::join(
+        || in_leaf_order(mesh, outline.order()),
+        || rayon::join(|| outline.fill(normalised), || mesh.content_hash()),
+    );
     TreeImage::assemble(&Parts {
-        mesh_hash: mesh.content_hash(),
+        mesh_hash,
         options,
         origin,
         unit,
-        leaf_diameter: longest_diagonal(tree.leaf_boxes.iter().map(|leaf| widen(leaf.half))),
+        leaf_diameter: longest_diagonal(tree.leaf_boxes.par_iter().map(|leaf| widen(leaf.half))),
         nodes: (bytemuck::cast_slice(&tree.nodes), tree.nodes.len()),
         leaf_boxes: &tree.leaf_boxes,
         leaf_rows: &tree.leaf_rows,
@@ -126,8 +141,11 @@ fn build_wide(
 /// The centre of the mesh, and the power of two above half its extent: node coordinates come to
 /// lie within [-1, 1]. The unit stays in a range where it and its reciprocal are normal numbers.
 fn frame(mesh: &TriangleMesh) -> (Point, f64) {
-    let corners = mesh.faces().as_flattened();
-    let (low, high) = bounds(corners.iter().map(|&corner| &mesh.vertices()[corner as usize]));
+    let vertex = |&corner: &u32| &mesh.vertices()[corner as usize];
+    // Parts that do not depend on the number of cores, for then neither does the sign of a zero.
+    let parts = mesh.faces().as_flattened().par_chunks(1 << 15);
+    let parts: Vec<_> = parts.map(|corners| bounds(corners.iter().map(vertex))).collect();
+    let (low, high) = bounds(parts.iter().flat_map(|(low, high)| [low, high]));
     let origin = [0, 1, 2].map(|i| 0.5 * low[i] + 0.5 * high[i]);
     let extent = (0..3).map(|i| (0.5 * high[i] - 0.5 * low[i]).abs()).fold(0.0, f64::max);
     (origin, power_of_two_above(extent))

@@ -2,8 +2,10 @@
 //! (Wald, "On fast construction of SAH-based bounding volume hierarchies", 2007), the same bits on
 //! any number of cores.
 
+use rayon::prelude::*;
+
 use super::node::WIDTH;
-use crate::geometry::Triangle;
+use crate::geometry::{Point, Triangle};
 
 /// Below this many triangles a subtree is not worth another task.
 const PARALLEL_BUILD: usize = 4096;
@@ -16,45 +18,70 @@ const SWEEP: usize = 3 * WIDTH;
 
 const BINS: usize = 32;
 
-/// Bounds along the axes of the mesh.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Bounds along the axes of the mesh. Of each corner the fourth number means nothing here: with it
+/// a corner is a vector, and a union two instructions.
+#[repr(align(16))]
+#[derive(Clone, Copy, Debug)]
 pub struct Bounds {
-    pub low: [f32; 3],
-    pub high: [f32; 3],
+    pub low: [f32; 4],
+    pub high: [f32; 4],
 }
 
 impl Bounds {
-    pub const NOTHING: Self = Self { low: [f32::INFINITY; 3], high: [f32::NEG_INFINITY; 3] };
+    pub const NOTHING: Self = Self { low: [f32::INFINITY; 4], high: [f32::NEG_INFINITY; 4] };
 
     /// Contains the triangle: rounding to nearest is monotone but may move a bound inwards, which
     /// one step out makes good.
-    fn of(triangle: &Triangle) -> Self {
-        let [a, b, c] = triangle;
-        let bound = |k: usize| {
-            let low = a[k].min(b[k]).min(c[k]) as f32;
-            let high = a[k].max(b[k]).max(c[k]) as f32;
-            (low, high)
-        };
-        let [x, y, z] = [bound(0), bound(1), bound(2)];
-        Self { low: [x.0, y.0, z.0].map(f32::next_down), high: [x.1, y.1, z.1].map(f32::next_up) }
+    fn of([a, b, c]: &Triangle) -> Self {
+        let low = [0, 1, 2].map(|k| a[k].min(b[k]).min(c[k]));
+        let high = [0, 1, 2].map(|k| a[k].max(b[k]).max(c[k]));
+        Self::rounded_outwards(low, high)
     }
 
-    #[inline]
-    pub fn with(&self, other: &Self) -> Self {
-        let mut both = *self;
+    /// The smallest that contain these.
+    pub fn rounded_outwards(low: Point, high: Point) -> Self {
+        let mut all = Self { low: [0.0; 4], high: [0.0; 4] };
         for k in 0..3 {
-            both.low[k] = both.low[k].min(other.low[k]);
-            both.high[k] = both.high[k].max(other.high[k]);
+            all.low[k] = (low[k] as f32).next_down();
+            all.high[k] = (high[k] as f32).next_up();
         }
-        both
+        all
+    }
+
+    pub fn around(center: Point, half: Point) -> Self {
+        let [low, high] = [-1.0, 1.0].map(|sign| [0, 1, 2].map(|k| center[k] + sign * half[k]));
+        Self::rounded_outwards(low, high)
+    }
+
+    #[inline(always)]
+    pub fn with(&self, other: &Self) -> Self {
+        Self { low: least(self.low, other.low), high: most(self.high, other.high) }
     }
 
     /// Half of the surface.
     #[inline]
     pub fn area(&self) -> f32 {
-        let [x, y, z] = [0, 1, 2].map(|k| (self.high[k] - self.low[k]).max(0.0));
+        let length = |k: usize| (self.high[k] - self.low[k]).max(0.0);
+        let (x, y, z) = (length(0), length(1), length(2));
         x * y + y * z + z * x
     }
+}
+
+/// Of equal numbers the first, so that the sign of a zero does not depend on how sets are grouped.
+#[inline(always)]
+fn least(mut a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
+    for k in 0..4 {
+        a[k] = if b[k] < a[k] { b[k] } else { a[k] };
+    }
+    a
+}
+
+#[inline(always)]
+fn most(mut a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
+    for k in 0..4 {
+        a[k] = if b[k] > a[k] { b[k] } else { a[k] };
+    }
+    a
 }
 
 /// A node of the binary tree: the `count` triangles from `first` in the order of the leaves.
@@ -63,81 +90,118 @@ pub struct BinaryNode {
     pub bounds: Bounds,
     pub first: u32,
     pub count: u32,
-    /// Of the left child among all nodes, and of the right child; none for a leaf.
-    pub children: Option<[u32; 2]>,
+    /// How many nodes further the right child is; the left one is next. 0 for a leaf.
+    pub right: u32,
 }
 
-const NOWHERE: BinaryNode =
-    BinaryNode { bounds: Bounds::NOTHING, first: 0, count: 0, children: None };
+impl BinaryNode {
+    pub const NOWHERE: Self = Self { bounds: Bounds::NOTHING, first: 0, count: 0, right: 0 };
+}
 
-/// A triangle on its way to its leaf.
+/// A triangle on its way to its leaf: its bounds, and its number as the bits of the lower corner's
+/// fourth number. (A mesh has fewer than 2^30 triangles, so that this is never NaN.)
 #[derive(Clone, Copy)]
-struct Item {
-    bounds: Bounds,
-    id: u32,
-}
+struct Item(Bounds);
 
 impl Item {
+    fn new(id: u32, triangle: &Triangle) -> Self {
+        let mut bounds = Bounds::of(triangle);
+        bounds.low[3] = f32::from_bits(id);
+        Self(bounds)
+    }
+
+    #[inline(always)]
+    fn id(&self) -> u32 {
+        self.0.low[3].to_bits()
+    }
+
     /// Twice the middle of the box.
-    #[inline]
-    fn middle(&self, axis: usize) -> f32 {
-        self.bounds.low[axis] + self.bounds.high[axis]
+    #[inline(always)]
+    fn middle(&self) -> [f32; 4] {
+        let mut sum = self.0.low;
+        for (sum, high) in sum.iter_mut().zip(self.0.high) {
+            *sum += high;
+        }
+        sum
     }
 }
 
-/// The nodes, the root first, and the triangles' numbers in the order of their leaves. Not every
-/// node is in use.
+/// The nodes, depth first, and the triangles' numbers in the order of their leaves.
 pub fn build_binary(triangles: &[Triangle]) -> (Vec<BinaryNode>, Vec<u32>) {
-    let mut items: Vec<Item> = triangles
-        .iter()
-        .enumerate()
-        .map(|(id, triangle)| Item { bounds: Bounds::of(triangle), id: id as u32 })
-        .collect();
-    let mut nodes = vec![NOWHERE; 2 * items.len() - 1];
+    let item = |(id, triangle): (usize, &Triangle)| Item::new(id as u32, triangle);
+    let mut items: Vec<Item> = triangles.par_iter().enumerate().map(item).collect();
     let mut room = items.clone();
-    subtree(&mut items, &mut room, &mut nodes, Place { node: 0, first: 0, depth: 0 });
-    (nodes, items.into_iter().map(|item| item.id).collect())
+    let mut order = vec![0; items.len()];
+    let mut nodes = Vec::new();
+    let set = Set { items: &mut items, room: &mut room, order: &mut order, first: 0, depth: 0 };
+    set.subtree(&mut nodes);
+    (nodes, order)
 }
 
-#[derive(Clone, Copy)]
-struct Place {
-    node: u32,
+/// What a subtree is made of, with room for as many items and for their order.
+struct Set<'a> {
+    items: &'a mut [Item],
+    room: &'a mut [Item],
+    order: &'a mut [u32],
+    /// Rank of its first triangle.
     first: u32,
     depth: u32,
 }
 
-fn subtree(items: &mut [Item], room: &mut [Item], nodes: &mut [BinaryNode], at: Place) {
-    let count = items.len();
-    let bounds = items.iter().fold(Bounds::NOTHING, |all, item| all.with(&item.bounds));
-    nodes[0] = BinaryNode { bounds, first: at.first, count: count as u32, children: None };
-    if count <= WIDTH {
-        return;
+impl<'a> Set<'a> {
+    fn subtree(mut self, nodes: &mut Vec<BinaryNode>) {
+        let count = self.items.len();
+        let bounds = self.items.iter().fold(Bounds::NOTHING, |all, item| all.with(&item.0));
+        let at = nodes.len();
+        nodes.push(BinaryNode { bounds, first: self.first, count: count as u32, right: 0 });
+        if count <= WIDTH {
+            for (id, item) in self.order.iter_mut().zip(&*self.items) {
+                *id = item.id();
+            }
+            return;
+        }
+        let left = self.split();
+        let (left, right) = self.split_at(left);
+        if count < PARALLEL_BUILD {
+            left.subtree(nodes);
+            nodes[at].right = (nodes.len() - at) as u32;
+            right.subtree(nodes);
+        } else {
+            let mut of_right = Vec::new();
+            rayon::join(|| left.subtree(nodes), || right.subtree(&mut of_right));
+            nodes[at].right = (nodes.len() - at) as u32;
+            nodes.append(&mut of_right);
+        }
     }
-    let split = if at.depth >= HALVE_FROM_DEPTH {
-        None
-    } else if count <= SWEEP {
-        sweep(items, room)
-    } else {
-        binned(items, room)
-    };
-    let left = split.unwrap_or_else(|| halve(items));
-    // The left subtree has room for as many nodes as it could need.
-    let right_at = 2 * left;
-    nodes[0].children = Some([at.node + 1, at.node + right_at as u32]);
-    let (left_nodes, right_nodes) = nodes[1..].split_at_mut(right_at - 1);
-    let (left_items, right_items) = items.split_at_mut(left);
-    let (left_room, right_room) = room.split_at_mut(left);
-    let depth = at.depth + 1;
-    let left_place = Place { node: at.node + 1, first: at.first, depth };
-    let right_place =
-        Place { node: at.node + right_at as u32, first: at.first + left as u32, depth };
-    let mut build_left = || subtree(left_items, left_room, left_nodes, left_place);
-    let mut build_right = || subtree(right_items, right_room, right_nodes, right_place);
-    if count < PARALLEL_BUILD {
-        build_left();
-        build_right();
-    } else {
-        rayon::join(build_left, build_right);
+
+    /// Orders the items so that the left part comes first; its length.
+    fn split(&mut self) -> usize {
+        let left = if self.depth >= HALVE_FROM_DEPTH {
+            None
+        } else if self.items.len() <= SWEEP {
+            sweep(self.items, self.room)
+        } else {
+            binned(self.items, self.room)
+        };
+        if left.is_some() {
+            std::mem::swap(&mut self.items, &mut self.room);
+        }
+        left.unwrap_or_else(|| halve(self.items))
+    }
+
+    fn split_at(self, left: usize) -> (Self, Self) {
+        let (items, items_right) = self.items.split_at_mut(left);
+        let (room, room_right) = self.room.split_at_mut(left);
+        let (order, order_right) = self.order.split_at_mut(left);
+        let (first, depth) = (self.first, self.depth + 1);
+        let right = Self {
+            items: items_right,
+            room: room_right,
+            order: order_right,
+            first: first + left as u32,
+            depth,
+        };
+        (Self { items, room, order, first, depth }, right)
     }
 }
 
@@ -147,58 +211,67 @@ fn halve(items: &mut [Item]) -> usize {
     let axis = (0..3).max_by(|&a, &b| (high[a] - low[a]).total_cmp(&(high[b] - low[b])));
     let axis = axis.unwrap_or(0);
     let half = items.len() / 2;
-    items.select_nth_unstable_by(half, |a, b| order(a, b, axis));
+    items.select_nth_unstable_by_key(half, |item| (ordered_bits(item.middle()[axis]), item.id()));
     half
 }
 
-fn order(a: &Item, b: &Item, axis: usize) -> std::cmp::Ordering {
-    a.middle(axis).total_cmp(&b.middle(axis)).then(a.id.cmp(&b.id))
+/// Bits that order as the numbers do.
+fn ordered_bits(x: f32) -> u32 {
+    let bits = x.to_bits();
+    if bits >> 31 == 0 { bits | 1 << 31 } else { !bits }
 }
 
-fn middles(items: &[Item]) -> ([f32; 3], [f32; 3]) {
-    let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
-    for item in items {
-        for k in 0..3 {
-            let middle = item.middle(k);
-            low[k] = low[k].min(middle);
-            high[k] = high[k].max(middle);
-        }
-    }
-    (low, high)
+fn middles(items: &[Item]) -> ([f32; 4], [f32; 4]) {
+    let nothing = (Bounds::NOTHING.low, Bounds::NOTHING.high);
+    items.iter().fold(nothing, |(low, high), item| {
+        let middle = item.middle();
+        (least(low, middle), most(high, middle))
+    })
 }
 
-/// Orders the items by the best split into as few leaves as there can be; its left part's length.
-fn sweep(items: &mut [Item], room: &mut [Item]) -> Option<usize> {
+/// Puts the items into `room` in the order of the best split into as few leaves as there can be;
+/// its left part's length.
+fn sweep(items: &[Item], room: &mut [Item]) -> Option<usize> {
     let count = items.len();
     let leaves = count.div_ceil(WIDTH);
     let mut best: Option<(f32, usize)> = None;
-    let mut sorted = [items[0]; SWEEP];
-    let sorted = &mut sorted[..count];
+    let (mut sorted, mut chosen) = ([0_u128; SWEEP], [0_u128; SWEEP]);
+    let (sorted, chosen) = (&mut sorted[..count], &mut chosen[..count]);
+    let position = |key: u128| key as u32 as usize;
     for axis in 0..3 {
-        sorted.copy_from_slice(items);
-        sorted.sort_unstable_by(|a, b| order(a, b, axis));
+        // Middle, then number; the position comes along.
+        for (at, (key, item)) in sorted.iter_mut().zip(items).enumerate() {
+            let middle = ordered_bits(item.middle()[axis]);
+            *key = u128::from(middle) << 64 | u128::from(item.id()) << 32 | at as u128;
+        }
+        sorted.sort_unstable();
         let mut after = [0.0; SWEEP];
         let mut bounds = Bounds::NOTHING;
         for i in (1..count).rev() {
-            bounds = bounds.with(&sorted[i].bounds);
+            bounds = bounds.with(&items[position(sorted[i])].0);
             after[i] = bounds.area();
         }
         bounds = Bounds::NOTHING;
+        let mut better = false;
         for left in 1..count {
-            bounds = bounds.with(&sorted[left - 1].bounds);
+            bounds = bounds.with(&items[position(sorted[left - 1])].0);
             if left.div_ceil(WIDTH) + (count - left).div_ceil(WIDTH) > leaves {
                 continue;
             }
             let score = left as f32 * bounds.area() + (count - left) as f32 * after[left];
             if best.is_none_or(|(least, _)| score < least) {
                 best = Some((score, left));
-                room[..count].copy_from_slice(sorted);
+                better = true;
             }
         }
+        if better {
+            chosen.copy_from_slice(sorted);
+        }
     }
-    let (_, left) = best?;
-    items.copy_from_slice(&room[..count]);
-    Some(left)
+    for (slot, &key) in room.iter_mut().zip(&*chosen) {
+        *slot = items[position(key)];
+    }
+    best.map(|(_, left)| left)
 }
 
 #[derive(Clone, Copy)]
@@ -207,21 +280,39 @@ struct Bin {
     count: usize,
 }
 
-/// Orders the items by the best split between bins, keeping their order within both parts; the
-/// left part's length. `None` if all boxes have one middle.
-fn binned(items: &mut [Item], room: &mut [Item]) -> Option<usize> {
+struct Binning {
+    low: [f32; 4],
+    scale: [f32; 4],
+}
+
+impl Binning {
+    #[inline(always)]
+    fn number(&self, middle: [f32; 4], axis: usize) -> usize {
+        let at = (middle[axis] - self.low[axis]) * self.scale[axis];
+        // By way of 32 bits, which takes fewer instructions.
+        (at as i32 as usize).min(BINS - 1)
+    }
+}
+
+/// Puts the items into `room`, ordered by the best split between bins and as they were within both
+/// parts; the left part's length. `None` if all boxes have one middle.
+fn binned(items: &[Item], room: &mut [Item]) -> Option<usize> {
     let (low, high) = middles(items);
-    let scale = [0, 1, 2].map(|k| {
+    let mut scale = [0.0; 4];
+    for k in 0..3 {
         let length = high[k] - low[k];
         // The last middle falls into the last bin.
-        if length > f32::MIN_POSITIVE { BINS as f32 * (1.0 - 1e-6) / length } else { 0.0 }
-    });
-    let bin_of = |item: &Item, k: usize| ((item.middle(k) - low[k]) * scale[k]) as usize;
+        if length > f32::MIN_POSITIVE {
+            scale[k] = BINS as f32 * (1.0 - 1e-6) / length;
+        }
+    }
+    let binning = Binning { low, scale };
     let mut bins = [[Bin { bounds: Bounds::NOTHING, count: 0 }; BINS]; 3];
-    for item in items.iter() {
+    for item in items {
+        let middle = item.middle();
         for (k, bins) in bins.iter_mut().enumerate() {
-            let bin = &mut bins[bin_of(item, k).min(BINS - 1)];
-            bin.bounds = bin.bounds.with(&item.bounds);
+            let bin = &mut bins[binning.number(middle, k)];
+            bin.bounds = bin.bounds.with(&item.0);
             bin.count += 1;
         }
     }
@@ -232,14 +323,14 @@ fn binned(items: &mut [Item], room: &mut [Item]) -> Option<usize> {
         })
         .min_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, axis, last, left)| (axis, last, left))?;
+    // Without a branch, which would be a coin's toss.
     let (mut to_left, mut to_right) = (0, left);
-    for item in items.iter() {
-        let to =
-            if bin_of(item, axis).min(BINS - 1) <= last { &mut to_left } else { &mut to_right };
-        room[*to] = *item;
-        *to += 1;
+    for item in items {
+        let goes_left = binning.number(item.middle(), axis) <= last;
+        room[if goes_left { to_left } else { to_right }] = *item;
+        to_left += usize::from(goes_left);
+        to_right += usize::from(!goes_left);
     }
-    items.copy_from_slice(room);
     Some(left)
 }
 

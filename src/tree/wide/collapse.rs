@@ -4,22 +4,23 @@
 use super::build::{BinaryNode, Bounds};
 use super::node::{Below, MOST, WIDTH, WideChild, WideNode};
 
-/// The wide nodes, depth first, and for each leaf the range of its triangles' ranks.
-pub struct Collapsed {
-    pub nodes: Vec<WideNode>,
-    pub leaves: Vec<std::ops::Range<u32>>,
-}
-
-pub fn collapse(binary: &[BinaryNode]) -> Collapsed {
-    let mut out = Collapsed { nodes: Vec::new(), leaves: Vec::new() };
-    if binary[0].children.is_none() {
+/// The wide nodes, depth first. Leaves are numbered from left to right, in either tree.
+pub fn collapse(binary: &[BinaryNode]) -> Vec<WideNode> {
+    let mut out = Collapsed { nodes: Vec::with_capacity(binary.len() / 4), leaves: 0 };
+    if binary[0].right == 0 {
         let lanes = [Lane { node: 0, levels: 1 }];
         out.emit(binary, &lanes);
     } else {
         out.subtree(binary, 0);
     }
-    assert!(out.nodes.len() < MOST && out.leaves.len() < MOST, "meshes of this size do not fit");
-    out
+    let most = MOST as u32;
+    assert!(out.nodes.len() < MOST && out.leaves < most, "meshes of this size do not fit");
+    out.nodes
+}
+
+struct Collapsed {
+    nodes: Vec<WideNode>,
+    leaves: u32,
 }
 
 #[derive(Clone, Copy)]
@@ -30,19 +31,23 @@ struct Lane {
 
 impl Collapsed {
     fn subtree(&mut self, binary: &[BinaryNode], root: u32) -> u32 {
-        let mut lanes = vec![Lane { node: root, levels: 0 }];
-        while lanes.len() < WIDTH {
-            let inner = lanes.iter().enumerate().filter_map(|(at, lane)| {
+        let mut room = [Lane { node: root, levels: 0 }; WIDTH];
+        let mut used = 1;
+        while used < WIDTH {
+            let inner = room[..used].iter().enumerate().filter_map(|(at, lane)| {
                 let node = &binary[lane.node as usize];
-                node.children.map(|children| (at, node.bounds.area(), children))
+                (node.right != 0).then(|| (at, node.bounds.area(), node.right))
             });
             // The first of the largest, so that the order of children decides among equals.
             let largest = inner.reduce(|best, next| if next.1 > best.1 { next } else { best });
-            let Some((at, _, children)) = largest else { break };
-            let levels = lanes[at].levels + 1;
-            lanes.splice(at..=at, children.map(|node| Lane { node, levels }));
+            let Some((at, _, right)) = largest else { break };
+            let Lane { node, levels } = room[at];
+            room.copy_within(at + 1..used, at + 2);
+            room[at] = Lane { node: node + 1, levels: levels + 1 };
+            room[at + 1] = Lane { node: node + right, levels: levels + 1 };
+            used += 1;
         }
-        self.emit(binary, &lanes)
+        self.emit(binary, &room[..used])
     }
 
     fn emit(&mut self, binary: &[BinaryNode], lanes: &[Lane]) -> u32 {
@@ -52,9 +57,9 @@ impl Collapsed {
         for (i, lane) in lanes.iter().enumerate() {
             let node = &binary[lane.node as usize];
             set_box(&mut wide, i, &node.bounds);
-            let below = if node.children.is_none() {
-                self.leaves.push(node.first..node.first + node.count);
-                Below::Leaf(self.leaves.len() as u32 - 1)
+            let below = if node.right == 0 {
+                self.leaves += 1;
+                Below::Leaf(self.leaves - 1)
             } else {
                 Below::Node(self.subtree(binary, lane.node))
             };

@@ -3,15 +3,14 @@
 use super::node::{LeafBox, LeafRows};
 use crate::geometry::boxes::dot;
 use crate::geometry::{Point, Triangle};
-use crate::tree::fit::{Axes, IDENTITY, gaussian_axes, triangle_axes};
+use crate::tree::fit::{Axes, IDENTITY, Projection, gaussian_axes, least, most, triangle_axes};
 use crate::tree::node::{AXES_TOLERANCE, round_up, widen};
 
 /// Of the fits tried, the box with the least surface.
 pub fn fit_leaf(triangles: &[Triangle], ids: &[u32], first: u32) -> (LeafBox, LeafRows) {
-    let largest = ids.iter().max_by(|&&a, &&b| {
-        doubled_area(&triangles[a as usize]).total_cmp(&doubled_area(&triangles[b as usize]))
-    });
-    let along_largest = largest.map_or(IDENTITY, |&id| triangle_axes(&triangles[id as usize]));
+    let areas = ids.iter().map(|&id| (doubled_area(&triangles[id as usize]), id));
+    let largest = areas.max_by(|a, b| a.0.total_cmp(&b.0));
+    let along_largest = largest.map_or(IDENTITY, |(_, id)| triangle_axes(&triangles[id as usize]));
     let fits = [IDENTITY, along_largest, gaussian_axes(triangles, ids)];
     let fits = fits.map(|axes| fit(triangles, ids, axes));
     let best = fits.iter().min_by(|a, b| surface(&a.half).total_cmp(&surface(&b.half)));
@@ -41,15 +40,16 @@ fn containing(half: &Point) -> Point {
 }
 
 fn fit(triangles: &[Triangle], ids: &[u32], axes: Axes) -> Fit {
-    let wide = axes.map(widen);
-    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-    for v in ids.iter().flat_map(|&id| triangles[id as usize]) {
-        for k in 0..3 {
-            let along = dot(&wide[k], &v);
-            low[k] = low[k].min(along);
-            high[k] = high[k].max(along);
+    let projection = Projection::on(&axes);
+    let (mut low, mut high) = ([f64::INFINITY; 4], [f64::NEG_INFINITY; 4]);
+    for &id in ids {
+        for v in &triangles[id as usize] {
+            let along = projection.of(v);
+            low = least(low, along);
+            high = most(high, along);
         }
     }
+    let wide = axes.map(widen);
     let middle = [0, 1, 2].map(|k| 0.5 * (low[k] + high[k]));
     let center = [0, 1, 2].map(|i| (0..3).map(|k| wide[k][i] * middle[k]).sum::<f64>() as f32);
     let projected = wide.map(|row| dot(&row, &widen(center)));
@@ -60,13 +60,14 @@ fn fit(triangles: &[Triangle], ids: &[u32], axes: Axes) -> Fit {
 /// Projections of the vertices, taken from the center, on the axes.
 fn rows_of(triangles: &[Triangle], ids: &[u32], fit: &Fit) -> LeafRows {
     let mut rows = LeafRows::EMPTY;
-    let (wide, center) = (fit.axes.map(widen), widen(fit.center));
+    let (projection, center) = (Projection::on(&fit.axes), widen(fit.center));
     for (lane, &id) in ids.iter().enumerate() {
         rows.ids[lane] = id;
         for (corner, v) in triangles[id as usize].iter().enumerate() {
-            let from_center = [0, 1, 2].map(|i| v[i] - center[i]);
-            for (k, row) in wide.iter().enumerate() {
-                let along = dot(row, &from_center) as f32;
+            let from_center = [v[0] - center[0], v[1] - center[1], v[2] - center[2]];
+            let along = projection.of(&from_center);
+            for k in 0..3 {
+                let along = along[k] as f32;
                 match corner {
                     0 => rows.first_two[k][lane] = along,
                     1 => rows.first_two[k][8 + lane] = along,
@@ -83,7 +84,8 @@ fn surface(h: &Point) -> f64 {
 }
 
 fn doubled_area([a, b, c]: &Triangle) -> f64 {
-    let [u, v] = [b, c].map(|p| [0, 1, 2].map(|i| p[i] - a[i]));
+    let u = [b[0] - a[0], b[1] - a[1], b[2] - a[2]];
+    let v = [c[0] - a[0], c[1] - a[1], c[2] - a[2]];
     let n = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
     dot(&n, &n)
 }
