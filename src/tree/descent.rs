@@ -3,8 +3,9 @@
 
 use super::node::{AabbNode, Child, ObbNode};
 use super::placement::{BoxNode, Placement};
+use super::roots::{CutTree, DistributedRoot, RootError, RootPair};
 use super::sink::{All, Any, Counted, Counts, Sink};
-use super::wide::{self, Rooms};
+use super::wide::{self, Part, Rooms};
 use super::{TreeKind, TreeView};
 use crate::geometry::simd::SimdLevel;
 use crate::geometry::triangle::{StaticFilter, triangles_intersect};
@@ -21,6 +22,8 @@ pub enum DescentError {
     Overflow { triangle: u32 },
     #[error("the trees are of different kinds ({fixed} and {moving}): build both alike")]
     Kinds { fixed: TreeKind, moving: TreeKind },
+    #[error("{tree} tree: {source}")]
+    Root { tree: &'static str, source: RootError },
 }
 
 /// Finds intersecting triangles of two trees. Holds its stack and queues between queries.
@@ -29,6 +32,7 @@ pub struct Descent {
     level: SimdLevel,
     stack: Vec<(u32, u32)>,
     wide: Box<Rooms>,
+    seeds: Vec<[Part; 2]>,
 }
 
 impl Default for Descent {
@@ -41,7 +45,7 @@ impl Descent {
     /// With these instructions for wide trees, or the best below them that the processor has. All
     /// give the same pairs.
     pub fn with_simd(level: SimdLevel) -> Self {
-        Self { level, stack: Vec::new(), wide: Box::default() }
+        Self { level, stack: Vec::new(), wide: Box::default(), seeds: Vec::new() }
     }
 
     /// Appends every intersecting pair to `pairs`, in no particular order.
@@ -52,7 +56,52 @@ impl Descent {
         pose: &Pose,
         pairs: &mut Vec<Pair>,
     ) -> Result<(), DescentError> {
-        self.visit(fixed, moving, pose, &mut All(pairs))
+        self.visit_all(fixed, moving, pose, &mut All(pairs))
+    }
+
+    /// As [`Descent::all_pairs`], of the triangles below pairs of distributed roots, each given
+    /// once. Those that [`super::roots::PreAnalysis`] finds have all pairs of a pose below them.
+    pub fn all_pairs_below(
+        &mut self,
+        fixed: &CutTree<'_>,
+        moving: &CutTree<'_>,
+        pose: &Pose,
+        roots: &[RootPair],
+        pairs: &mut Vec<Pair>,
+    ) -> Result<(), DescentError> {
+        self.visit_below(fixed, moving, pose, roots, &mut All(pairs))
+    }
+
+    /// As [`Descent::all_pairs_below`], and tells what it took.
+    pub fn counted_pairs_below(
+        &mut self,
+        fixed: &CutTree<'_>,
+        moving: &CutTree<'_>,
+        pose: &Pose,
+        roots: &[RootPair],
+        pairs: &mut Vec<Pair>,
+    ) -> Result<Counts, DescentError> {
+        let mut sink = Counted { pairs, counts: Counts::default() };
+        self.visit_below(fixed, moving, pose, roots, &mut sink)?;
+        Ok(sink.counts)
+    }
+
+    fn visit_below<K: Sink>(
+        &mut self,
+        fixed: &CutTree<'_>,
+        moving: &CutTree<'_>,
+        pose: &Pose,
+        roots: &[RootPair],
+        sink: &mut K,
+    ) -> Result<(), DescentError> {
+        let mut seeds = std::mem::take(&mut self.seeds);
+        let found = seeds_of(fixed, moving, roots, &mut seeds).and_then(|()| {
+            let roots = roots.iter().map(|&[_, root]| &moving.roots()[root as usize]);
+            check_range(moving.tree(), pose, roots.flat_map(DistributedRoot::ranks))?;
+            self.visit(fixed.tree(), moving.tree(), Some(&seeds), pose, sink)
+        });
+        self.seeds = seeds;
+        found
     }
 
     /// As [`Descent::all_pairs`], and tells what it took.
@@ -64,7 +113,7 @@ impl Descent {
         pairs: &mut Vec<Pair>,
     ) -> Result<Counts, DescentError> {
         let mut sink = Counted { pairs, counts: Counts::default() };
-        self.visit(fixed, moving, pose, &mut sink)?;
+        self.visit_all(fixed, moving, pose, &mut sink)?;
         Ok(sink.counts)
     }
 
@@ -76,27 +125,38 @@ impl Descent {
         pose: &Pose,
     ) -> Result<bool, DescentError> {
         let mut sink = Any::default();
-        self.visit(fixed, moving, pose, &mut sink)?;
+        self.visit_all(fixed, moving, pose, &mut sink)?;
         Ok(sink.found)
     }
 
-    fn visit<K: Sink>(
+    fn visit_all<K: Sink>(
         &mut self,
         fixed: &TreeView<'_>,
         moving: &TreeView<'_>,
         pose: &Pose,
         sink: &mut K,
     ) -> Result<(), DescentError> {
-        check_range(moving, pose)?;
+        check_range(moving, pose, 0..moving.triangle_count())?;
+        self.visit(fixed, moving, None, pose, sink)
+    }
+
+    fn visit<K: Sink>(
+        &mut self,
+        fixed: &TreeView<'_>,
+        moving: &TreeView<'_>,
+        seeds: Option<&[[Part; 2]]>,
+        pose: &Pose,
+        sink: &mut K,
+    ) -> Result<(), DescentError> {
         match (fixed.kind(), moving.kind()) {
             (TreeKind::Obb, TreeKind::Obb) => {
-                self.descend::<ObbNode, K>(fixed, moving, pose, sink);
+                self.descend::<ObbNode, K>(fixed, moving, seeds, pose, sink);
             }
             (TreeKind::Aabb, TreeKind::Aabb) => {
-                self.descend::<AabbNode, K>(fixed, moving, pose, sink);
+                self.descend::<AabbNode, K>(fixed, moving, seeds, pose, sink);
             }
             (TreeKind::Wide, TreeKind::Wide) => {
-                wide::descend(&mut self.wide, self.level, [fixed, moving], pose, sink);
+                wide::descend(&mut self.wide, self.level, [fixed, moving], seeds, pose, sink);
             }
             (fixed, moving) => return Err(DescentError::Kinds { fixed, moving }),
         }
@@ -107,6 +167,7 @@ impl Descent {
         &mut self,
         fixed: &TreeView<'_>,
         moving: &TreeView<'_>,
+        seeds: Option<&[[Part; 2]]>,
         pose: &Pose,
         sink: &mut K,
     ) {
@@ -115,9 +176,11 @@ impl Descent {
         let leaves = LeafTest { fixed, moving, pose, filter: placement.static_filter() };
         let stack = &mut self.stack;
         stack.clear();
-        sink.boxes(1);
-        if !a_nodes[0].apart(&b_nodes[0], &placement) {
-            stack.push((0, 0));
+        for [a, b] in seeds.unwrap_or(&[[Part::FIRST; 2]]) {
+            sink.boxes(1);
+            if !a_nodes[a.node as usize].apart(&b_nodes[b.node as usize], &placement) {
+                stack.push((a.node, b.node));
+            }
         }
         while let Some((a, b)) = stack.pop() {
             let (a_node, b_node) = (&a_nodes[a as usize], &b_nodes[b as usize]);
@@ -156,6 +219,27 @@ impl Descent {
     }
 }
 
+/// What the descents below these pairs start from. In a wide tree pairs that lie side by side
+/// become one: then a box is tested against more lanes at a time.
+fn seeds_of(
+    fixed: &CutTree<'_>,
+    moving: &CutTree<'_>,
+    roots: &[RootPair],
+    seeds: &mut Vec<[Part; 2]>,
+) -> Result<(), DescentError> {
+    seeds.clear();
+    for &[i, j] in roots {
+        let a = fixed.part(i).map_err(|source| DescentError::Root { tree: "fixed", source })?;
+        let b = moving.part(j).map_err(|source| DescentError::Root { tree: "moving", source })?;
+        match seeds.last_mut() {
+            Some([last, other]) if last.node == a.node && *other == b => last.bits |= a.bits,
+            Some([other, last]) if last.node == b.node && *other == a => last.bits |= b.bits,
+            _ => seeds.push([a, b]),
+        }
+    }
+    Ok(())
+}
+
 /// The exact test of two leaves' triangles.
 struct LeafTest<'a> {
     fixed: &'a TreeView<'a>,
@@ -174,18 +258,22 @@ impl LeafTest<'_> {
     }
 }
 
-/// An error if a placed vertex overflows. Looks at single vertices only if the bounds might.
-fn check_range(moving: &TreeView<'_>, pose: &Pose) -> Result<(), DescentError> {
+/// An error if a placed vertex of triangles of these ranks overflows. Looks at single vertices only
+/// if the bounds might.
+fn check_range(
+    moving: &TreeView<'_>,
+    pose: &Pose,
+    ranks: impl Iterator<Item = u32>,
+) -> Result<(), DescentError> {
     let header = moving.header();
     let far: Point = [0, 1, 2].map(|i| header.low[i].abs().max(header.high[i].abs()));
     if pose.reach(far).iter().all(|c| c.is_finite()) {
         return Ok(());
     }
     let finite = |v: &Point| pose.apply(*v).iter().all(|c| c.is_finite());
-    let vertices = moving.vertices();
-    let placed_right =
-        |t: &&super::LeafTriangle| t.vertices.iter().all(|&v| finite(&vertices[v as usize]));
-    match moving.triangles().iter().filter(|t| !placed_right(t)).map(|t| t.id).min() {
+    let overflows = |&rank: &u32| !moving.corners(rank).iter().all(finite);
+    let ids = ranks.filter(overflows).map(|rank| moving.triangles()[rank as usize].id);
+    match ids.min() {
         None => Ok(()),
         Some(triangle) => Err(DescentError::Overflow { triangle }),
     }

@@ -16,6 +16,40 @@ pub const MOST: usize = 1 << 28;
 /// A node's lane: node times [`WIDTH`] plus lane.
 pub type Slot = u32;
 
+/// Some lanes of a node: what a descent starts from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Part {
+    pub node: u32,
+    /// Lane i in bit i.
+    pub bits: u32,
+}
+
+impl Part {
+    /// A node of a binary tree has one lane.
+    pub const FIRST: Self = Self { node: 0, bits: 1 };
+
+    /// That many lanes from a slot on.
+    pub fn new(slot: Slot, lanes: u32) -> Self {
+        let (node, from) = (slot / WIDTH as u32, slot % WIDTH as u32);
+        Self { node, bits: ((1 << lanes) - 1) << from }
+    }
+
+    #[inline(always)]
+    pub fn lanes(self) -> impl Iterator<Item = u32> {
+        (0..WIDTH as u32).filter(move |lane| self.bits >> lane & 1 != 0)
+    }
+
+    #[inline(always)]
+    pub fn slot(self, lane: u32) -> Slot {
+        self.node * WIDTH as u32 + lane
+    }
+
+    #[inline(always)]
+    pub fn is_whole(self, node: &WideNode) -> bool {
+        self.bits == (1 << node.lanes()) - 1
+    }
+}
+
 /// Eight boxes along the mesh's axes: lane i holds `center + s`, `|s_k| <= half[k][i]`.
 ///
 /// Lanes in use come first. The others have no child, and numbers that no comparison is true for.

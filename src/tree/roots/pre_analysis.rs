@@ -1,0 +1,81 @@
+use super::top::{Top, top_of};
+use super::{Cut, CutTree, DistributedRoot, RootPair};
+use crate::geometry::Pose;
+use crate::geometry::simd::SimdLevel;
+use crate::tree::node::ObbNode;
+use crate::tree::placement::{BoxNode, Placement};
+use crate::tree::wide::{self, Queues, WideNode};
+use crate::tree::{TreeKind, TreeView};
+
+/// Pre-analysis of scenarios: the pairs of distributed roots whose boxes meet.
+///
+/// Whatever kind the trees are, what is above the roots is descended as a wide tree of its own.
+#[derive(Debug)]
+pub struct PreAnalysis<'a> {
+    fixed: Side<'a>,
+    moving: Side<'a>,
+    queues: Box<Queues>,
+}
+
+#[derive(Debug)]
+struct Side<'a> {
+    cut: CutTree<'a>,
+    /// Its leaves are the roots, by number.
+    top: Vec<WideNode>,
+}
+
+impl<'a> Side<'a> {
+    fn new(tree: TreeView<'a>, cut: Cut) -> Self {
+        let Top { nodes, roots } = top_of(&tree, cut);
+        Self { cut: CutTree::from_roots(tree, roots), top: wide::collapsed(&nodes) }
+    }
+
+    fn tree(&self) -> &TreeView<'a> {
+        self.cut.tree()
+    }
+}
+
+impl<'a> PreAnalysis<'a> {
+    /// # Panics
+    /// If the trees are of different kinds.
+    pub fn new(fixed: TreeView<'a>, fixed_cut: Cut, moving: TreeView<'a>, moving_cut: Cut) -> Self {
+        assert_eq!(fixed.kind(), moving.kind(), "trees of one scene are of one kind");
+        let (fixed, moving) = (Side::new(fixed, fixed_cut), Side::new(moving, moving_cut));
+        Self { fixed, moving, queues: Box::default() }
+    }
+
+    /// What a descent below root pairs starts from.
+    pub fn fixed(&self) -> &CutTree<'a> {
+        &self.fixed.cut
+    }
+
+    pub fn moving(&self) -> &CutTree<'a> {
+        &self.moving.cut
+    }
+
+    pub fn fixed_roots(&self) -> &[DistributedRoot] {
+        self.fixed.cut.roots()
+    }
+
+    pub fn moving_roots(&self) -> &[DistributedRoot] {
+        self.moving.cut.roots()
+    }
+
+    /// Replaces `pairs` by those whose boxes meet, each once. Every intersecting pair of triangles
+    /// lies below one of them.
+    pub fn overlapping_roots(&mut self, pose: &Pose, pairs: &mut Vec<RootPair>) {
+        pairs.clear();
+        let Self { fixed, moving, queues } = self;
+        let (tops, trees) = ([&fixed.top[..], &moving.top[..]], [fixed.tree(), moving.tree()]);
+        wide::meeting_leaves(queues, SimdLevel::chosen(), tops, trees, pose, pairs);
+        if fixed.tree().kind() == TreeKind::Obb {
+            let placement = Placement::new(fixed.tree(), moving.tree(), pose);
+            let [a, b] =
+                [fixed, moving].map(|side| (side.tree().nodes::<ObbNode>(), side.cut.roots()));
+            let node = |(nodes, roots): (&'a [ObbNode], &[DistributedRoot]), number: u32| {
+                nodes[roots[number as usize].node as usize]
+            };
+            pairs.retain(|&[i, j]| !node(a, i).apart(&node(b, j), &placement));
+        }
+    }
+}
