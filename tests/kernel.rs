@@ -9,7 +9,7 @@ use bumper::geometry::simd::SimdLevel;
 use bumper::geometry::{Point, Pose, Triangle};
 use bumper::mesh::TriangleMesh;
 use bumper::tree::descent::Descent;
-use bumper::tree::roots::{PreAnalysis, distributed_roots};
+use bumper::tree::roots::{Cut, PreAnalysis, distributed_roots};
 use bumper::tree::{Block, BuildOptions, TreeImage, TreeKind, TreeView, build};
 use hardcase_suite::mesh_cases;
 use oracle::brute_force_pairs;
@@ -299,7 +299,7 @@ fn trees_of_1_to_100_triangles_are_well_formed() {
             assert!(ids.into_iter().eq(0..size as u32));
             let mut fewer = 0;
             for depth in 0..=60 {
-                let roots = distributed_roots(&tree, depth);
+                let roots = distributed_roots(&tree, Cut::Depth(depth));
                 assert_eq!(roots.iter().map(|r| r.triangles).sum::<u32>(), size as u32);
                 assert!(roots.iter().all(|r| r.triangles > 0));
                 let nodes: HashSet<u32> = roots.iter().map(|root| root.node).collect();
@@ -324,7 +324,7 @@ fn equal_triangles_by_the_thousand_make_a_shallow_tree() {
         let pairs = sorted_pairs(&mut descent, [&image, &probe], &Pose::IDENTITY);
         assert!(pairs.into_iter().eq((0..5000).map(|i| [i, 0])));
     }
-    assert!(distributed_roots(&image.view(), 16).len() > 600);
+    assert!(distributed_roots(&image.view(), Cut::Depth(16)).len() > 600);
 }
 
 #[test]
@@ -338,7 +338,7 @@ fn every_pair_lies_below_overlapping_distributed_roots() {
         let numbers = |tree: &TreeView<'_>, depth: u32| {
             let mut of = vec![0; tree.triangle_count() as usize];
             let mut rank = 0;
-            for (number, root) in (0..).zip(distributed_roots(tree, depth)) {
+            for (number, root) in (0..).zip(distributed_roots(tree, Cut::Depth(depth))) {
                 for _ in 0..root.triangles {
                     of[tree.triangles()[rank].id as usize] = number;
                     rank += 1;
@@ -348,7 +348,7 @@ fn every_pair_lies_below_overlapping_distributed_roots() {
         };
         for depths in [[0, 0], [3, 2], [6, 6], [12, 4]] {
             let (of_a, of_b) = (numbers(&a, depths[0]), numbers(&b, depths[1]));
-            let mut analysis = PreAnalysis::new(a, depths[0], b, depths[1]);
+            let mut analysis = PreAnalysis::new(a, Cut::Depth(depths[0]), b, Cut::Depth(depths[1]));
             let mut overlapping = Vec::new();
             let pose = random.pose();
             analysis.overlapping_roots(&pose, &mut overlapping);
@@ -389,7 +389,7 @@ fn images_with_any_word_changed_are_refused_or_harmless() {
                     continue;
                 };
                 harmless += 1;
-                distributed_roots(&changed.view(), 5);
+                distributed_roots(&changed.view(), Cut::Depth(5));
                 // Any answer will do, as long as there is one.
                 let level = SimdLevel::available().pop().unwrap();
                 let (tree, other) = (changed.view(), whole.view());

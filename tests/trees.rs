@@ -6,7 +6,9 @@ mod oracle;
 use bumper::geometry::{Point, Pose, Triangle};
 use bumper::mesh::TriangleMesh;
 use bumper::tree::descent::{Descent, DescentError, Pair};
-use bumper::tree::roots::{PreAnalysis, distributed_roots};
+use bumper::tree::roots::{
+    Cut, DistributedRoot, PreAnalysis, RootError, RootPair, distributed_roots,
+};
 use bumper::tree::{Block, BuildOptions, ImageError, TreeImage, TreeKind, TreeView, build};
 use proptest::prelude::*;
 
@@ -185,14 +187,48 @@ proptest! {
     ) {
         for kind in KINDS {
             let (a, b) = (tree_of(&fixed, kind), tree_of(&moving, kind));
-            let mut analysis = PreAnalysis::new(a.view(), depths.0, b.view(), depths.1);
+            let mut analysis = PreAnalysis::new(a.view(), Cut::Depth(depths.0), b.view(), Cut::Depth(depths.1));
             let mut overlapping = Vec::new();
             analysis.overlapping_roots(&pose, &mut overlapping);
-            let (of_fixed, of_moving) = (root_of(&a.view(), depths.0), root_of(&b.view(), depths.1));
+            let (of_fixed, of_moving) = (root_of(&a.view(), Cut::Depth(depths.0)), root_of(&b.view(), Cut::Depth(depths.1)));
             for [i, j] in contacts(&fixed, &moving, &pose, kind) {
                 let roots = [of_fixed[i as usize], of_moving[j as usize]];
                 prop_assert!(overlapping.contains(&roots));
             }
+        }
+    }
+
+    #[test]
+    fn below_all_overlapping_roots_lie_all_pairs_once(
+        fixed in grid_soup(), moving in grid_soup(), pose in quarter_turns(),
+        cuts in (any_cut(), any_cut()),
+    ) {
+        for kind in KINDS {
+            let (a, b) = (tree_of(&fixed, kind), tree_of(&moving, kind));
+            let mut analysis = PreAnalysis::new(a.view(), cuts.0, b.view(), cuts.1);
+            let mut roots = Vec::new();
+            analysis.overlapping_roots(&pose, &mut roots);
+            let found = below(&analysis, &roots, &pose);
+            prop_assert_eq!(found, contacts(&fixed, &moving, &pose, kind));
+        }
+    }
+
+    #[test]
+    fn below_some_roots_lie_the_pairs_of_their_triangles(
+        soups in (loose_soup(), loose_soup()), pose in any_matrix(),
+        cuts in (any_cut(), any_cut()), every in 1..5_usize,
+    ) {
+        for kind in KINDS {
+            let (a, b) = (tree_of(&soups.0, kind), tree_of(&soups.1, kind));
+            let analysis = PreAnalysis::new(a.view(), cuts.0, b.view(), cuts.1);
+            let numbers = |roots: &[DistributedRoot]| 0..roots.len() as u32;
+            let all = numbers(analysis.fixed_roots())
+                .flat_map(|i| numbers(analysis.moving_roots()).map(move |j| [i, j]));
+            let some: Vec<RootPair> = all.step_by(every).collect();
+            let (of_a, of_b) = (root_of(&a.view(), cuts.0), root_of(&b.view(), cuts.1));
+            let mut expected = contacts(&soups.0, &soups.1, &pose, kind);
+            expected.retain(|&[i, j]| some.contains(&[of_a[i as usize], of_b[j as usize]]));
+            prop_assert_eq!(below(&analysis, &some, &pose), expected);
         }
     }
 
@@ -219,11 +255,24 @@ proptest! {
 /// Where the hashed part of an image begins: after magic, version, kind, length and the hash.
 const HASHED_FROM: usize = 32;
 
+fn any_cut() -> impl Strategy<Value = Cut> {
+    prop_oneof![(0..8_u32).prop_map(Cut::Depth), (0..30_u32).prop_map(Cut::Triangles)]
+}
+
+/// The pairs below roots, sorted.
+fn below(analysis: &PreAnalysis<'_>, roots: &[RootPair], pose: &Pose) -> Vec<Pair> {
+    let mut pairs = Vec::new();
+    let (fixed, moving) = (analysis.fixed(), analysis.moving());
+    Descent::default().all_pairs_below(fixed, moving, pose, roots, &mut pairs).unwrap();
+    pairs.sort_unstable();
+    pairs
+}
+
 /// Number of the distributed root above each triangle of the mesh.
-fn root_of(tree: &TreeView<'_>, depth: u32) -> Vec<u32> {
+fn root_of(tree: &TreeView<'_>, cut: Cut) -> Vec<u32> {
     let mut ids = tree.triangles().iter().map(|t| t.id);
     let mut roots = vec![u32::MAX; tree.triangle_count() as usize];
-    for (number, root) in (0..).zip(distributed_roots(tree, depth)) {
+    for (number, root) in (0..).zip(distributed_roots(tree, cut)) {
         for id in ids.by_ref().take(root.triangles as usize) {
             roots[id as usize] = number;
         }
@@ -238,17 +287,66 @@ fn distributed_roots_are_numbered_left_to_right_and_at_most_two_to_the_depth() {
     for kind in KINDS {
         let tree = tree_of(&soup, kind);
         for depth in 0..12 {
-            let roots = distributed_roots(&tree.view(), depth);
+            let roots = distributed_roots(&tree.view(), Cut::Depth(depth));
             assert!(roots.len() <= 1 << depth);
             // A wide tree's lanes point ahead: there the order is that of the triangles alone.
             assert!(kind == TreeKind::Wide || roots.is_sorted_by(|a, b| a.node < b.node));
             assert_eq!(roots.iter().map(|r| r.triangles).sum::<u32>(), 500);
-            root_of(&tree.view(), depth);
+            root_of(&tree.view(), Cut::Depth(depth));
         }
-        let leaves = distributed_roots(&tree.view(), 64);
+        let leaves = distributed_roots(&tree.view(), Cut::Depth(64));
         let most = if kind == TreeKind::Wide { 8 } else { 1 };
         assert!(leaves.iter().all(|leaf| (1..=most).contains(&leaf.triangles)));
     }
+}
+
+#[test]
+fn a_tree_cut_by_triangles_has_the_highest_roots_that_are_small_enough() {
+    let soup = TestNumbers(3).soup(500);
+    for kind in KINDS {
+        let tree = tree_of(&soup, kind);
+        for most in [1, 7, 50, 499, 500] {
+            let roots = distributed_roots(&tree.view(), Cut::Triangles(most));
+            let leaf = if kind == TreeKind::Wide { 8 } else { 1 };
+            assert!(roots.iter().all(|r| r.triangles <= most.max(leaf)));
+            assert_eq!(roots.len() == 1, most == 500);
+            assert_eq!(roots.iter().map(|r| r.triangles).sum::<u32>(), 500);
+            root_of(&tree.view(), Cut::Triangles(most));
+        }
+    }
+}
+
+#[test]
+fn roots_that_are_not_there_are_refused_and_named() {
+    let tree = tree_of(&TestNumbers(3).soup(50), TreeKind::Wide);
+    let analysis = PreAnalysis::new(tree.view(), Cut::Depth(1), tree.view(), Cut::Depth(0));
+    let (fixed, moving) = (analysis.fixed(), analysis.moving());
+    let mut pairs = Vec::new();
+    let mut ask = |roots: RootPair| {
+        Descent::default().all_pairs_below(fixed, moving, &Pose::IDENTITY, &[roots], &mut pairs)
+    };
+    let unknown = |tree, root, roots| {
+        Err(DescentError::Root { tree, source: RootError::Unknown { root, roots } })
+    };
+    assert_eq!(ask([2, 0]), unknown("fixed", 2, 2));
+    assert_eq!(ask([0, u32::MAX]), unknown("moving", u32::MAX, 1));
+    assert_eq!(ask([1, 0]), Ok(()));
+}
+
+#[test]
+fn pairs_without_end_of_roots_need_no_more_room_than_there_is() {
+    // All triangles meet all, and there are more pairs of leaves than any queue has room for.
+    let one = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    let quarter = [0.5_f64.sqrt(), 0.5_f64.sqrt(), 0.0, 0.0];
+    let pose = Pose::from_quaternion(quarter, [0.1, 0.2, -0.3]);
+    let tree = tree_of(&[one; 1200], TreeKind::Wide);
+    let cut = Cut::Triangles(8);
+    let mut analysis = PreAnalysis::new(tree.view(), cut, tree.view(), cut);
+    let mut roots = Vec::new();
+    analysis.overlapping_roots(&pose, &mut roots);
+    assert_eq!(roots.len(), analysis.fixed_roots().len().pow(2));
+    let pairs = below(&analysis, &roots, &pose);
+    assert!(pairs.len() == 1200 * 1200 && pairs.is_sorted_by(|a, b| a < b));
 }
 
 #[test]

@@ -1,13 +1,22 @@
 //! Where a descent puts what it finds, and tells what it did.
 
+use bytemuck::{Pod, Zeroable};
+
 use super::descent::Pair;
 
 /// Takes intersecting pairs as they are found. What is counted costs nothing where it is not
 /// overridden.
 pub trait Sink {
     /// Whether one pair is enough: then what is likely to be one is looked at first.
-    const HURRY: bool;
+    fn hurry(&self) -> bool;
     fn take(&mut self, pair: Pair);
+    #[inline(always)]
+    fn take_all(&mut self, pairs: impl Iterator<Item = Pair>)
+    where
+        Self: Sized,
+    {
+        pairs.for_each(|pair| self.take(pair));
+    }
     /// Whether the descent may end.
     #[inline(always)]
     fn has_enough(&self) -> bool {
@@ -25,11 +34,19 @@ pub trait Sink {
 pub struct All<'a>(pub &'a mut Vec<Pair>);
 
 impl Sink for All<'_> {
-    const HURRY: bool = false;
+    #[inline(always)]
+    fn hurry(&self) -> bool {
+        false
+    }
 
     #[inline(always)]
     fn take(&mut self, pair: Pair) {
         self.0.push(pair);
+    }
+
+    #[inline(always)]
+    fn take_all(&mut self, pairs: impl Iterator<Item = Pair>) {
+        self.0.extend(pairs);
     }
 }
 
@@ -40,7 +57,10 @@ pub struct Any {
 }
 
 impl Sink for Any {
-    const HURRY: bool = true;
+    #[inline(always)]
+    fn hurry(&self) -> bool {
+        true
+    }
 
     #[inline(always)]
     fn take(&mut self, _pair: Pair) {
@@ -54,7 +74,8 @@ impl Sink for Any {
 }
 
 /// What a query takes: the N_b and N_p of the paper's T = N_b C_b + N_p C_p (section 3).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, serde::Serialize)]
 pub struct Counts {
     /// N_b: pairs of boxes tested; every lane of a node counts.
     pub boxes: u64,
@@ -64,6 +85,14 @@ pub struct Counts {
     pub exact: u64,
 }
 
+impl std::ops::AddAssign for Counts {
+    fn add_assign(&mut self, more: Self) {
+        self.boxes += more.boxes;
+        self.triangles += more.triangles;
+        self.exact += more.exact;
+    }
+}
+
 /// All pairs, and counts.
 pub struct Counted<'a> {
     pub pairs: &'a mut Vec<Pair>,
@@ -71,7 +100,10 @@ pub struct Counted<'a> {
 }
 
 impl Sink for Counted<'_> {
-    const HURRY: bool = false;
+    #[inline(always)]
+    fn hurry(&self) -> bool {
+        false
+    }
 
     #[inline(always)]
     fn take(&mut self, pair: Pair) {
@@ -91,5 +123,34 @@ impl Sink for Counted<'_> {
     #[inline(always)]
     fn exact(&mut self, tests: usize) {
         self.counts.exact += tests as u64;
+    }
+}
+
+/// Any of them: for code that is long and not the fastest, and so is compiled once for all.
+pub struct Erased<'a>(pub &'a mut dyn Sink);
+
+impl Sink for Erased<'_> {
+    fn hurry(&self) -> bool {
+        self.0.hurry()
+    }
+
+    fn take(&mut self, pair: Pair) {
+        self.0.take(pair);
+    }
+
+    fn has_enough(&self) -> bool {
+        self.0.has_enough()
+    }
+
+    fn boxes(&mut self, tests: usize) {
+        self.0.boxes(tests);
+    }
+
+    fn triangles(&mut self, tests: usize) {
+        self.0.triangles(tests);
+    }
+
+    fn exact(&mut self, tests: usize) {
+        self.0.exact(tests);
     }
 }

@@ -206,6 +206,11 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
+    fn lookup_u(self, table: &[u32; 8], index: __m256i) -> __m256i {
+        unsafe { _mm256_permutevar8x32_epi32(self.load_u(table), index) }
+    }
+
+    #[inline(always)]
     fn transpose(self, records: &[&[f32; 16]]) -> [__m256; 16] {
         let records = &records[..8];
         let mut words = [self.splat(0.0); 16];
@@ -270,12 +275,8 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
-    fn pair(code: u32) -> [usize; 2] {
-        [(code >> 3) as usize & 7, code as usize & 7]
-    }
-
-    #[inline(always)]
     fn pairs(self, codes: __m256i) -> [__m256i; 2] {
-        [unsafe { _mm256_srli_epi32::<3>(codes) }, codes]
+        // A number is below 64.
+        [unsafe { _mm256_srli_epi32::<3>(codes) }, self.and_u(codes, self.splat_u(7))]
     }
 }

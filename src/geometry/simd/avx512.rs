@@ -172,6 +172,11 @@ impl Lanes for Avx512Vl {
     }
 
     #[inline(always)]
+    fn lookup_u(self, table: &[u32; 8], index: __m256i) -> __m256i {
+        self.0.lookup_u(table, index)
+    }
+
+    #[inline(always)]
     fn transpose(self, records: &[&[f32; 16]]) -> [__m256; 16] {
         self.0.transpose(records)
     }
@@ -209,11 +214,6 @@ impl Lanes for Avx512Vl {
     #[inline(always)]
     fn repeat(self, b: &Row) -> __m256 {
         self.0.repeat(b)
-    }
-
-    #[inline(always)]
-    fn pair(code: u32) -> [usize; 2] {
-        Avx2::pair(code)
     }
 
     #[inline(always)]
@@ -321,6 +321,11 @@ impl Lanes for Avx512 {
     }
 
     #[inline(always)]
+    fn lookup_u(self, table: &[u32; 8], index: __m512i) -> __m512i {
+        unsafe { _mm512_permutexvar_epi32(index, _mm512_broadcast_i32x8(self.0.load_u(table))) }
+    }
+
+    #[inline(always)]
     fn transpose(self, records: &[&[f32; 16]]) -> [__m512; 16] {
         let records = &records[..16];
         let mut words = [self.splat(0.0); 16];
@@ -381,17 +386,13 @@ impl Lanes for Avx512 {
     }
 
     #[inline(always)]
-    fn pair(code: u32) -> [usize; 2] {
-        [((code >> 3) & 6 | code & 1) as usize, (code >> 1) as usize & 7]
-    }
-
-    #[inline(always)]
     fn pairs(self, codes: __m512i) -> [__m512i; 2] {
         unsafe {
             let six = _mm512_set1_epi32(6);
             let high = _mm512_and_si512(_mm512_srli_epi32::<3>(codes), six);
             let low = _mm512_and_si512(codes, _mm512_set1_epi32(1));
-            [_mm512_or_si512(high, low), _mm512_srli_epi32::<1>(codes)]
+            let b = _mm512_and_si512(_mm512_srli_epi32::<1>(codes), _mm512_set1_epi32(7));
+            [_mm512_or_si512(high, low), b]
         }
     }
 }

@@ -16,7 +16,7 @@ mod portable;
 mod run;
 
 pub use level::{SimdError, SimdLevel};
-pub use run::{Kernel, run};
+pub use run::{Kernel, run, run_portable, run_vectors};
 
 /// An array of an expression for 0, 1 and 2. Not a closure: those take no part in a caller's
 /// instruction set, and what they call is not inlined.
@@ -89,6 +89,8 @@ pub trait Lanes: Copy {
     fn compress(self, bits: u32, x: Self::U) -> Self::U;
     /// `table[index & 7]`
     fn lookup(self, table: &Row, index: Self::U) -> Self::F;
+    /// `table[index & 7]`
+    fn lookup_u(self, table: &[u32; 8], index: Self::U) -> Self::U;
 
     /// Word `w` of every record, for all sixteen.
     fn transpose(self, records: &[&[f32; 16]]) -> [Self::F; 16];
@@ -105,9 +107,7 @@ pub trait Lanes: Copy {
     fn spread(self, a: &Row, step: usize) -> Self::F;
     /// The b of each lane in every step.
     fn repeat(self, b: &Row) -> Self::F;
-    /// Which a and which b a pair's number stands for.
-    fn pair(code: u32) -> [usize; 2];
-    /// As [`Lanes::pair`], of all lanes; only the lowest three bits count.
+    /// Which a and which b the numbers of pairs stand for.
     fn pairs(self, codes: Self::U) -> [Self::U; 2];
 }
 

@@ -163,6 +163,11 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
+    fn lookup_u(self, table: &[u32; 8], index: [u32; 8]) -> [u32; 8] {
+        index.map(|i| table[(i & 7) as usize])
+    }
+
+    #[inline(always)]
     fn transpose(self, records: &[&[f32; 16]]) -> [[f32; 8]; 16] {
         from_fn(|word| from_fn(|lane| records[lane][word]))
     }
@@ -203,12 +208,7 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
-    fn pair(code: u32) -> [usize; 2] {
-        [(code >> 3) as usize & 7, code as usize & 7]
-    }
-
-    #[inline(always)]
     fn pairs(self, codes: [u32; 8]) -> [[u32; 8]; 2] {
-        [codes.map(|code| code >> 3), codes]
+        [codes.map(|code| code >> 3 & 7), codes.map(|code| code & 7)]
     }
 }

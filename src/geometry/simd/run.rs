@@ -13,18 +13,31 @@ pub trait Kernel {
 /// them.
 #[inline]
 pub fn run<K: Kernel>(level: SimdLevel, kernel: K) -> K::Output {
+    run_vectors(level, kernel).unwrap_or_else(run_portable)
+}
+
+/// Runs the kernel in plain Rust.
+#[inline]
+pub fn run_portable<K: Kernel>(kernel: K) -> K::Output {
+    kernel.run(Portable)
+}
+
+/// Runs the kernel with the instructions of `level`. Gives it back where that means none, or where
+/// the processor lacks them.
+#[inline]
+pub fn run_vectors<K: Kernel>(level: SimdLevel, kernel: K) -> Result<K::Output, K> {
     match level {
         #[cfg(target_arch = "x86_64")]
         SimdLevel::Avx512 if level.is_here() => {
             // SAFETY: the processor has the instructions.
-            unsafe { run_avx512(kernel) }
+            Ok(unsafe { run_avx512(kernel) })
         }
         #[cfg(target_arch = "x86_64")]
         SimdLevel::Avx2 if level.is_here() => {
             // SAFETY: the processor has the instructions.
-            unsafe { run_avx2(kernel) }
+            Ok(unsafe { run_avx2(kernel) })
         }
-        _ => kernel.run(Portable),
+        _ => Err(kernel),
     }
 }
 

@@ -2,7 +2,7 @@
 //! came, so that there is time to fetch them; pairs of leaves are taken together.
 
 use super::leaf_pairs::{LeafRooms, LeafStage};
-use super::node::{Slot, WIDTH, WideChild, WideNode};
+use super::node::{Part, Slot, WIDTH, WideChild, WideNode};
 use super::place::{Place, Way};
 use super::queue::Queue;
 use crate::geometry::simd::{InstructionSet, Kernel, Lanes, Row, three};
@@ -18,11 +18,11 @@ const ROUND: usize = 64;
 #[derive(Debug, Default)]
 pub struct Queues {
     /// (node of the fixed tree to open, slot of the moving tree)
-    fixed: Queue,
+    pub fixed: Queue,
     /// (node of the moving tree to open, slot of the fixed tree)
     moving: Queue,
     /// (leaf of the fixed tree, leaf of the moving tree)
-    leaves: Queue,
+    pub leaves: Queue,
 }
 
 /// All that a descent keeps between queries.
@@ -36,6 +36,8 @@ pub struct Descend<'a, K> {
     pub fixed: &'a [WideNode],
     pub moving: &'a [WideNode],
     pub place: &'a Place,
+    /// What to start from.
+    pub seeds: &'a [[Part; 2]],
     pub queues: &'a mut Queues,
     pub stage: LeafStage<'a>,
     pub sink: &'a mut K,
@@ -49,8 +51,11 @@ impl<K: Sink> Kernel for Descend<'_, K> {
         self.queues.fixed.clear();
         self.queues.moving.clear();
         self.queues.leaves.clear();
-        for lane in 0..self.moving[0].lanes() {
-            self.queues.fixed.push([0, lane as Slot]);
+        self.stage.clear();
+        for &[fixed, moving] in self.seeds {
+            for lane in moving.lanes() {
+                self.seed(set, fixed, moving.slot(lane));
+            }
         }
         self.drain(set);
     }
@@ -63,6 +68,27 @@ struct Postponed {
 }
 
 impl<K: Sink> Descend<'_, K> {
+    /// Some lanes of a fixed node against a box of the moving tree.
+    #[inline(always)]
+    fn seed<S: InstructionSet>(&mut self, set: S, part: Part, slot: Slot) {
+        let room = [&mut self.queues.fixed, &mut self.queues.moving].map(|q| q.make_room(WIDTH));
+        if room != [true; 2] || self.queues.leaves.waiting() >= ROUND {
+            self.drain(set);
+        }
+        let Self { fixed, moving, place, queues, stage, sink, .. } = self;
+        let Queues { fixed: to_fixed, moving: to_moving, leaves } = &mut **queues;
+        if part.is_whole(&fixed[part.node as usize]) {
+            return to_fixed.push([part.node, slot]);
+        }
+        let lanes = set.eight();
+        sink.boxes(WIDTH);
+        let mut opened = open(lanes, &place.into_fixed, fixed, moving, [part.node, slot]);
+        opened.keep(part.bits);
+        opened.extend(lanes, to_fixed, to_moving);
+        leaves.extend(lanes, opened.leaves, opened.leaf_children(lanes), opened.box_child);
+        stage.expect(set, leaves, opened.leaves.count_ones() as usize);
+    }
+
     /// Works until nothing waits, or the sink has enough.
     ///
     /// When the room runs out, which takes meshes that overlap nearly everywhere, all that waits
@@ -98,9 +124,10 @@ impl<K: Sink> Descend<'_, K> {
     #[inline(always)]
     fn work<S: InstructionSet>(&mut self, set: S) -> bool {
         let lanes = set.eight();
-        let Self { fixed, moving, place, queues, stage, sink } = self;
+        let Self { fixed, moving, place, queues, stage, sink, .. } = self;
         let Queues { fixed: to_fixed, moving: to_moving, leaves } = &mut **queues;
-        let enough = if K::HURRY { S::Most::COUNT } else { ROUND };
+        let hurry = sink.hurry();
+        let enough = if hurry { S::Most::COUNT } else { ROUND };
         loop {
             while to_fixed.waiting() > 0 && leaves.waiting() < enough {
                 if !(to_fixed.make_room(WIDTH) && to_moving.make_room(WIDTH)) {
@@ -108,7 +135,7 @@ impl<K: Sink> Descend<'_, K> {
                 }
                 sink.boxes(WIDTH);
                 prefetch_node(set, fixed, to_fixed.glance(AHEAD) as usize);
-                let opened = open(lanes, &place.into_fixed, fixed, moving, to_fixed.take(K::HURRY));
+                let opened = open(lanes, &place.into_fixed, fixed, moving, to_fixed.take(hurry));
                 opened.extend(lanes, to_fixed, to_moving);
                 leaves.extend(lanes, opened.leaves, opened.leaf_children(lanes), opened.box_child);
                 stage.expect(set, leaves, opened.leaves.count_ones() as usize);
@@ -119,8 +146,7 @@ impl<K: Sink> Descend<'_, K> {
                 }
                 sink.boxes(WIDTH);
                 prefetch_node(set, moving, to_moving.glance(AHEAD) as usize);
-                let opened =
-                    open(lanes, &place.into_moving, moving, fixed, to_moving.take(K::HURRY));
+                let opened = open(lanes, &place.into_moving, moving, fixed, to_moving.take(hurry));
                 opened.extend(lanes, to_moving, to_fixed);
                 leaves.extend(lanes, opened.leaves, opened.box_child, opened.leaf_children(lanes));
                 stage.expect(set, leaves, opened.leaves.count_ones() as usize);
@@ -159,21 +185,21 @@ fn prefetch_node<S: InstructionSet>(set: S, nodes: &[WideNode], at: usize) {
 }
 
 /// Of the children of an opened node X that meet the box Y: bits by what comes next.
-struct Opened<L: Lanes> {
+pub struct Opened<L: Lanes> {
     /// Those to open against the same box.
-    again: u32,
+    pub again: u32,
     /// Those against which the box is to be opened.
-    other: u32,
+    pub other: u32,
     /// Leaves that meet a leaf.
-    leaves: u32,
+    pub leaves: u32,
     children: L::U,
     slots: L::U,
-    slot: L::U,
-    box_child: L::U,
+    pub slot: L::U,
+    pub box_child: L::U,
 }
 
 #[inline(always)]
-fn open<L: Lanes>(
+pub fn open<L: Lanes>(
     l: L,
     way: &Way,
     nodes: &[WideNode],
@@ -207,12 +233,30 @@ fn open<L: Lanes>(
 impl<L: Lanes> Opened<L> {
     #[inline(always)]
     fn extend(&self, l: L, same: &mut Queue, other: &mut Queue) {
-        same.extend(l, self.again, l.compress(self.again, self.children), self.slot);
-        other.extend(l, self.other, self.box_child, l.compress(self.other, self.slots));
+        same.extend(l, self.again, self.children_again(l), self.slot);
+        other.extend(l, self.other, self.box_child, self.slots_other(l));
+    }
+
+    /// Only the lanes whose bit is set.
+    #[inline(always)]
+    fn keep(&mut self, bits: u32) {
+        self.again &= bits;
+        self.other &= bits;
+        self.leaves &= bits;
     }
 
     #[inline(always)]
-    fn leaf_children(&self, l: L) -> L::U {
+    pub fn children_again(&self, l: L) -> L::U {
+        l.compress(self.again, self.children)
+    }
+
+    #[inline(always)]
+    pub fn slots_other(&self, l: L) -> L::U {
+        l.compress(self.other, self.slots)
+    }
+
+    #[inline(always)]
+    pub fn leaf_children(&self, l: L) -> L::U {
         l.compress(self.leaves, self.children)
     }
 }

@@ -1,16 +1,14 @@
-//! From pairs of leaves to pairs of triangles: boxes, then triangles in 32 bits, then what these
-//! leave open, exactly.
+//! From pairs of leaves to pairs of triangles: boxes, then triangles in 32 bits.
 
 use super::leaf_boxes::{self, Meeting};
 use super::node::{LeafBox, LeafRows};
+use super::outcome::{Exact, Outcome};
 use super::place::LeafPlace;
 use super::queue::Queue;
-use super::triangles::Faced;
+use super::triangles::{Decided, Faced};
 use crate::geometry::simd::{InstructionSet, Lanes};
-use crate::geometry::triangle::{StaticFilter, triangles_intersect};
-use crate::geometry::{Point, Pose, Triangle};
+use crate::tree::TreeView;
 use crate::tree::sink::Sink;
-use crate::tree::{LeafTriangle, TreeView};
 
 /// Leaves of one tree.
 #[derive(Clone, Copy)]
@@ -25,52 +23,6 @@ impl<'a> Leaves<'a> {
     }
 }
 
-/// Triangles by rank, in 64 bits as the contract has it.
-#[derive(Clone, Copy)]
-pub struct Exact<'a> {
-    fixed: Corners<'a>,
-    moving: Corners<'a>,
-    pose: &'a Pose,
-    filter: StaticFilter,
-}
-
-#[derive(Clone, Copy)]
-struct Corners<'a> {
-    triangles: &'a [LeafTriangle],
-    vertices: &'a [Point],
-}
-
-impl Corners<'_> {
-    #[inline(always)]
-    fn of(&self, rank: u32) -> Triangle {
-        let [a, b, c] = self.triangles[rank as usize].vertices;
-        [self.vertices[a as usize], self.vertices[b as usize], self.vertices[c as usize]]
-    }
-}
-
-impl<'a> Exact<'a> {
-    pub fn new(
-        fixed: &TreeView<'a>,
-        moving: &TreeView<'a>,
-        pose: &'a Pose,
-        filter: StaticFilter,
-    ) -> Self {
-        let corners = |tree: &TreeView<'a>| Corners {
-            triangles: tree.triangles(),
-            vertices: tree.vertices(),
-        };
-        Self { fixed: corners(fixed), moving: corners(moving), pose, filter }
-    }
-
-    /// By ranks. Never inlined: here nothing may be fused or reordered.
-    #[inline(never)]
-    pub fn intersect(&self, fixed: u32, moving: u32) -> bool {
-        let [a, b, c] = self.moving.of(moving);
-        let placed = [self.pose.apply(a), self.pose.apply(b), self.pose.apply(c)];
-        triangles_intersect(&self.fixed.of(fixed), &placed, &self.filter)
-    }
-}
-
 /// More leaf pairs than are added until the next round.
 const ROUND_ROOM: usize = 256;
 
@@ -79,6 +31,7 @@ const ROUND_ROOM: usize = 256;
 pub struct LeafRooms {
     rounds: [Round; 2],
     faced: Faced,
+    outcome: Outcome,
 }
 
 pub struct LeafStage<'a> {
@@ -105,6 +58,10 @@ impl Default for Round {
 }
 
 impl LeafStage<'_> {
+    pub fn clear(&mut self) {
+        self.rooms.outcome.clear();
+    }
+
     /// Fetches the boxes of the pairs that were added last.
     #[inline(always)]
     pub fn expect<S: InstructionSet>(&self, set: S, waiting: &Queue, added: usize) {
@@ -140,8 +97,8 @@ impl LeafStage<'_> {
         sink: &mut K,
     ) {
         let Self { rooms, place, fixed, moving, exact } = self;
-        let pair = LeafPairs { place, fixed: *fixed, moving: *moving, exact: *exact };
-        let LeafRooms { rounds, faced } = &mut **rooms;
+        let pair = LeafPairs { place, fixed: *fixed, moving: *moving };
+        let LeafRooms { rounds, faced, outcome } = &mut **rooms;
         rounds[0].meet = 0;
         for vector in 0..=vectors {
             let [even, odd] = &mut *rounds;
@@ -157,12 +114,18 @@ impl LeafStage<'_> {
                 let at = meet.trailing_zeros() as usize;
                 meet &= meet - 1;
                 let leaves = [now.fixed[at], now.moving[at]];
-                pair.triangles(set, faced, leaves, &now.meeting, at, sink);
+                faced.face(set, pair.rows(leaves), &now.meeting, at);
+                sink.triangles(faced.count());
+                pair.triangles(set.most(), faced, leaves, outcome);
+                if sink.hurry() || !outcome.has_room() {
+                    outcome.settle(set, exact, sink);
+                }
                 if sink.has_enough() {
                     return;
                 }
             }
         }
+        outcome.settle(set, exact, sink);
     }
 }
 
@@ -171,10 +134,14 @@ struct LeafPairs<'a> {
     place: &'a LeafPlace,
     fixed: Leaves<'a>,
     moving: Leaves<'a>,
-    exact: Exact<'a>,
 }
 
-impl LeafPairs<'_> {
+impl<'a> LeafPairs<'a> {
+    #[inline(always)]
+    fn rows(&self, [fixed, moving]: [u32; 2]) -> [&'a LeafRows; 2] {
+        [&self.fixed.rows[fixed as usize], &self.moving.rows[moving as usize]]
+    }
+
     #[inline(always)]
     fn boxes<S: InstructionSet>(&self, set: S, waiting: &mut Queue, round: &mut Round) {
         let l = set.most();
@@ -207,44 +174,25 @@ impl LeafPairs<'_> {
         }
     }
 
+    /// Decides what is certain of the leaves that face each other.
     #[inline(always)]
-    fn triangles<S: InstructionSet, K: Sink>(
-        &self,
-        set: S,
-        faced: &mut Faced,
-        [fixed, moving]: [u32; 2],
-        meeting: &Meeting,
-        at: usize,
-        sink: &mut K,
-    ) {
-        let (a, b) = (&self.fixed.rows[fixed as usize], &self.moving.rows[moving as usize]);
-        faced.face(set, a, b, meeting, at);
-        sink.triangles(faced.count());
+    fn triangles<L: Lanes>(&self, l: L, faced: &Faced, leaves: [u32; 2], outcome: &mut Outcome) {
+        let [a, b] = self.rows(leaves);
         let mut from = 0;
         while from < faced.count() {
-            let decided = faced.decide(set.most(), from);
-            let mut bits = decided.meet;
-            while bits != 0 {
-                let lane = bits.trailing_zeros() as usize;
-                bits &= bits - 1;
-                let [i, j] = S::Most::pair(faced.code(from + lane));
-                sink.take([a.ids[i], b.ids[j]]);
+            let Decided { lanes: [i, j], meet, open } = faced.decide(l, from);
+            outcome.add_found(l, meet, [l.lookup_u(&a.ids, i), l.lookup_u(&b.ids, j)]);
+            if open != 0 {
+                let [a, b] = self.first_ranks(leaves);
+                outcome.add_open(l, open, [l.add_u(l.splat_u(a), i), l.add_u(l.splat_u(b), j)]);
             }
-            sink.exact(decided.open.count_ones() as usize);
-            let mut bits = decided.open;
-            while bits != 0 {
-                let lane = bits.trailing_zeros() as usize;
-                bits &= bits - 1;
-                let [i, j] = S::Most::pair(faced.code(from + lane));
-                let first = |boxes: &[LeafBox], leaf: u32| boxes[leaf as usize].first;
-                let rank_a = first(self.fixed.boxes, fixed) + i as u32;
-                let rank_b = first(self.moving.boxes, moving) + j as u32;
-                if self.exact.intersect(rank_a, rank_b) {
-                    sink.take([a.ids[i], b.ids[j]]);
-                }
-            }
-            from += S::Most::COUNT;
+            from += L::COUNT;
         }
+    }
+
+    #[inline(always)]
+    fn first_ranks(&self, [fixed, moving]: [u32; 2]) -> [u32; 2] {
+        [self.fixed.boxes[fixed as usize].first, self.moving.boxes[moving as usize].first]
     }
 }
 

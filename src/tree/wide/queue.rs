@@ -18,9 +18,13 @@ pub const ROOM: usize = 1 << 14;
 const OVERHANG: usize = 16;
 
 impl Queue {
+    /// Makes the room if there is none yet.
+    #[inline(always)]
     pub fn clear(&mut self) {
-        self.first.resize(ROOM + OVERHANG, 0);
-        self.second.resize(ROOM + OVERHANG, 0);
+        if self.first.is_empty() {
+            self.first.resize(ROOM + OVERHANG, 0);
+            self.second.resize(ROOM + OVERHANG, 0);
+        }
         (self.from, self.to) = (0, 0);
     }
 
@@ -84,6 +88,11 @@ impl Queue {
     pub fn seconds(&self) -> &[u32] {
         // SAFETY: as above.
         unsafe { self.second.get_unchecked(self.from..self.to) }
+    }
+
+    #[inline(always)]
+    pub fn entries(&self) -> impl Iterator<Item = [u32; 2]> {
+        self.firsts().iter().zip(self.seconds()).map(|(&first, &second)| [first, second])
     }
 
     /// Goes back to the beginning of the room where that costs nothing, or where less than `more`

@@ -29,7 +29,7 @@ pub struct Faced {
     fixed_extent: Row,
     moving_extent: Row,
     error: LeafError,
-    /// Numbers of the pairs whose boxes meet, see [`Lanes::pair`].
+    /// Numbers of the pairs whose boxes meet, see [`Lanes::pairs`].
     codes: [u32; WIDTH * WIDTH + 16],
     count: usize,
 }
@@ -42,10 +42,13 @@ struct LeafError {
     between: f32,
 }
 
-/// Of a vector of pairs: bits.
-#[derive(Clone, Copy, Debug)]
-pub struct Decided {
+/// Of a vector of pairs.
+pub struct Decided<L: Lanes> {
+    /// A pair's triangle of either leaf.
+    pub lanes: [L::U; 2],
+    /// Bits of the pairs that meet.
     pub meet: u32,
+    /// Bits of those that are not certain.
     pub open: u32,
 }
 
@@ -71,11 +74,6 @@ impl Faced {
         self.count
     }
 
-    #[inline(always)]
-    pub fn code(&self, at: usize) -> u32 {
-        self.codes[at]
-    }
-
     /// Lane `at` of `meeting`: places the moving triangles and finds the pairs whose boxes meet.
     ///
     /// A box is drawn around a corner and two sums of it and an edge. Such a sum of the moving leaf
@@ -86,8 +84,7 @@ impl Faced {
     pub fn face<S: InstructionSet>(
         &mut self,
         set: S,
-        fixed: &LeafRows,
-        moving: &LeafRows,
+        [fixed, moving]: [&LeafRows; 2],
         meeting: &Meeting,
         at: usize,
     ) {
@@ -155,7 +152,7 @@ impl Faced {
 
     /// The pairs from `at` on, as many as there are lanes.
     #[inline(always)]
-    pub fn decide<L: Lanes>(&self, l: L, at: usize) -> Decided {
+    pub fn decide<L: Lanes>(&self, l: L, at: usize) -> Decided<L> {
         debug_assert!(at < self.count);
         // SAFETY: as in `find_pairs`.
         let codes = unsafe { self.codes.get_unchecked(at..at + L::COUNT) };
@@ -165,7 +162,9 @@ impl Faced {
         let ea = l.lookup(&self.fixed_extent, ia);
         let eb = l.lookup(&self.moving_extent, ib);
         let left = (self.count - at).min(L::COUNT);
-        decide(l, &a, &b, &Bounds::new(l, &self.error, ea, eb), ((1_u64 << left) - 1) as u32)
+        let bounds = Bounds::new(l, &self.error, ea, eb);
+        let [meet, open] = decide(l, &a, &b, &bounds, ((1_u64 << left) - 1) as u32);
+        Decided { lanes: [ia, ib], meet, open }
     }
 }
 
@@ -291,6 +290,8 @@ impl<L: Lanes> Bounds<L> {
 ///   edge of the other triangle, which is at most W: 24 E W `side` and |n| `between`.
 /// - The product of an edge of each triangle: 2 (A edge_b + B edge_a). Times a difference: three
 ///   times W that, and |n| `between`.
+///
+/// Bits of the pairs that meet, and of those that are not certain.
 #[inline(always)]
 fn decide<L: Lanes>(
     l: L,
@@ -298,7 +299,7 @@ fn decide<L: Lanes>(
     b: &[Vector<L>; 3],
     bounds: &Bounds<L>,
     valid: u32,
-) -> Decided {
+) -> [u32; 2] {
     let between = sub(l, &b[0], &a[0]);
 
     let normal = cross(l, &a[1], &a[2]);
@@ -317,7 +318,7 @@ fn decide<L: Lanes>(
     let sure = alive & l.bits(l.and(sure_a, sure_b));
     let open = alive & !sure;
     if sure == 0 {
-        return Decided { meet: 0, open };
+        return [0, open];
     }
 
     let a = Lead::of(l, a, &sides_a);
@@ -336,7 +337,7 @@ fn decide<L: Lanes>(
     let inside = l.and(l.le(begins, negated(l, begin_limit)), l.le(ends, negated(l, end_limit)));
     let outside = l.or(l.le(begin_limit, begins), l.le(end_limit, ends));
     let meet = sure & l.bits(inside);
-    Decided { meet, open: open | sure & !(meet | l.bits(outside)) }
+    [meet, open | sure & !(meet | l.bits(outside))]
 }
 
 #[inline(always)]
