@@ -8,6 +8,7 @@
 //! A wide tree has its leaves' boxes and rows of triangles between its nodes and the triangles.
 
 use bytemuck::{Pod, Zeroable};
+use rayon::prelude::*;
 use xxhash_rust::xxh3::xxh3_64;
 
 use super::node::{AabbNode, Child, Node, ObbNode};
@@ -19,7 +20,7 @@ use crate::geometry::{Point, Triangle};
 pub const MAGIC: [u8; 8] = *b"bumptree";
 
 /// Grows with every change of the bytes' meaning.
-pub const FORMAT_VERSION: u32 = 2;
+pub const FORMAT_VERSION: u32 = 3;
 
 #[cfg(not(target_endian = "little"))]
 compile_error!("tree images are little-endian");
@@ -28,6 +29,15 @@ compile_error!("tree images are little-endian");
 #[repr(C, align(64))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 pub struct Block(pub [u8; 64]);
+
+impl Block {
+    /// At most 64 bytes, and zeros after them.
+    fn padded(bytes: &[u8]) -> Self {
+        let mut block = Self::zeroed();
+        block.0[..bytes.len()].copy_from_slice(bytes);
+        block
+    }
+}
 
 #[repr(C, align(64))]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -145,11 +155,12 @@ impl TreeImage {
             at += bytes.len().next_multiple_of(64);
             start
         });
-        let mut blocks = vec![Block::zeroed(); at / 64];
-        let image: &mut [u8] = bytemuck::cast_slice_mut(&mut blocks);
-        for (bytes, start) in sections.iter().zip(starts) {
-            image[start..start + bytes.len()].copy_from_slice(bytes);
+        let mut blocks = Vec::with_capacity(at / 64);
+        blocks.resize(size_of::<Header>() / 64, Block::zeroed());
+        for bytes in sections {
+            blocks.par_extend(bytes.par_chunks(64).with_min_len(1 << 12).map(Block::padded));
         }
+        let image: &mut [u8] = bytemuck::cast_slice_mut(&mut blocks);
         let (low, high) = bounds(parts.vertices);
         let mut header = Header {
             magic: MAGIC,
@@ -182,8 +193,9 @@ impl TreeImage {
 }
 
 /// The longest diagonal of the boxes with these half extents.
-pub(super) fn longest_diagonal(halves: impl Iterator<Item = Point>) -> f64 {
-    halves.map(|h| 2.0 * h.iter().map(|h| h * h).sum::<f64>().sqrt()).fold(0.0, f64::max)
+pub(super) fn longest_diagonal(halves: impl ParallelIterator<Item = Point>) -> f64 {
+    let diagonal = |h: Point| 2.0 * h.iter().map(|h| h * h).sum::<f64>().sqrt();
+    halves.map(diagonal).reduce(|| 0.0, f64::max)
 }
 
 /// A validated image, used in place wherever its bytes are: heap, cache file, shared memory.
@@ -192,17 +204,89 @@ pub struct TreeView<'a> {
     blocks: &'a [Block],
 }
 
+impl Header {
+    /// All that can be checked of it alone.
+    pub(super) fn check(&self) -> Result<(), ImageError> {
+        if self.magic != MAGIC {
+            return Err(ImageError::Magic);
+        }
+        self.check_version()?;
+        self.check_sections()
+    }
+
+    fn check_version(&self) -> Result<(), ImageError> {
+        match self.format_version {
+            FORMAT_VERSION => Ok(()),
+            found => Err(ImageError::Version { found }),
+        }
+    }
+
+    /// Every section is where [`TreeImage::assemble`] puts it, and they fill the image.
+    fn check_sections(&self) -> Result<(), ImageError> {
+        let node_size = match self.kind {
+            kind if kind == TreeKind::Obb as u32 => size_of::<ObbNode>(),
+            kind if kind == TreeKind::Aabb as u32 => size_of::<AabbNode>(),
+            kind if kind == TreeKind::Wide as u32 => size_of::<WideNode>(),
+            kind => return Err(ImageError::Kind(kind)),
+        };
+        let mut at = size_of::<Header>() as u64;
+        for (start, count, size) in [
+            (self.nodes_at, self.node_count, node_size),
+            (self.leaf_boxes_at, self.leaf_count, size_of::<LeafBox>()),
+            (self.leaf_rows_at, self.leaf_count, size_of::<LeafRows>()),
+            (self.triangles_at, self.triangle_count, size_of::<LeafTriangle>()),
+            (self.vertices_at, self.vertex_count, size_of::<Point>()),
+        ] {
+            if start != at {
+                return Err(ImageError::Malformed("a section is not where it should be"));
+            }
+            at += (u64::from(count) * size as u64).next_multiple_of(64);
+        }
+        if at != self.byte_length {
+            return Err(ImageError::Malformed("the sections do not fill the image"));
+        }
+        let binary = self.tree_kind() != TreeKind::Wide;
+        if self.triangle_count == 0
+            || binary
+                && (u64::from(self.node_count) + 1 != 2 * u64::from(self.triangle_count)
+                    || self.leaf_count != 0)
+        {
+            return Err(ImageError::Malformed("the tree does not have one triangle a leaf"));
+        }
+        let lengths = self.origin.iter().chain([&self.unit, &self.leaf_diameter]);
+        if !is_unit(self.unit) || !lengths.into_iter().all(|x| x.is_finite()) {
+            return Err(ImageError::Malformed("origin and unit are not usable"));
+        }
+        Ok(())
+    }
+
+    /// Once the number of the kind has been checked.
+    pub(super) fn tree_kind(&self) -> TreeKind {
+        match self.kind {
+            kind if kind == TreeKind::Obb as u32 => TreeKind::Obb,
+            kind if kind == TreeKind::Aabb as u32 => TreeKind::Aabb,
+            _ => TreeKind::Wide,
+        }
+    }
+}
+
 impl<'a> TreeView<'a> {
+    /// Of an image with a checked header of which only some subtrees are there, and checked. What
+    /// starts elsewhere than in those gets no answer, or never ends.
+    pub(super) fn of_partial(blocks: &'a [Block]) -> Self {
+        Self { blocks }
+    }
+
     /// Checks everything once: magic, version, length, hash, every offset and index.
     pub fn new(blocks: &'a [Block]) -> Result<Self, ImageError> {
         let view = Self { blocks };
         view.check_header()?;
         match view.kind() {
-            TreeKind::Obb => check_topology(view.nodes::<ObbNode>())?,
-            TreeKind::Aabb => check_topology(view.nodes::<AabbNode>())?,
+            TreeKind::Obb => check_topology(view.nodes::<ObbNode>(), 0)?,
+            TreeKind::Aabb => check_topology(view.nodes::<AabbNode>(), 0)?,
             TreeKind::Wide => {
-                let triangles = view.triangle_count();
-                wide::check(view.wide_nodes(), view.leaf_boxes(), triangles)
+                let leaves = (view.leaf_boxes(), view.leaf_rows());
+                wide::check(view.wide_nodes(), leaves, view.triangles())
                     .map_err(ImageError::Malformed)?;
             }
         }
@@ -210,10 +294,18 @@ impl<'a> TreeView<'a> {
         if view.triangles().iter().any(|t| t.vertices.iter().any(|&v| v >= vertex_count)) {
             return Err(ImageError::Malformed("a triangle names a vertex that is not there"));
         }
-        if !view.vertices().as_flattened().iter().all(|c| c.is_finite()) {
-            return Err(ImageError::Malformed("a vertex is not finite"));
+        // Whether a pose takes a vertex out of range is told by the bounds.
+        let Header { low, high, .. } = view.header();
+        let within = |v: &Point| (0..3).all(|k| low[k] <= v[k] && v[k] <= high[k]);
+        if !low.iter().chain(high).all(|c| c.is_finite()) || !view.vertices().iter().all(within) {
+            return Err(ImageError::Malformed("a vertex is not within finite bounds"));
         }
         Ok(view)
+    }
+
+    /// Of bytes that [`TreeView::new`] has taken.
+    pub(super) fn validated(blocks: &'a [Block]) -> Self {
+        Self { blocks }
     }
 
     fn check_header(&self) -> Result<(), ImageError> {
@@ -222,9 +314,7 @@ impl<'a> TreeView<'a> {
             return Err(ImageError::Magic);
         }
         let header = self.header();
-        if header.format_version != FORMAT_VERSION {
-            return Err(ImageError::Version { found: header.format_version });
-        }
+        header.check_version()?;
         let found = bytes.len() as u64;
         if header.byte_length != found {
             return Err(ImageError::Length { promised: header.byte_length, found });
@@ -233,47 +323,7 @@ impl<'a> TreeView<'a> {
         if header.content_hash != found {
             return Err(ImageError::Hash { promised: header.content_hash, found });
         }
-        let node_size = match header.kind {
-            kind if kind == TreeKind::Obb as u32 => size_of::<ObbNode>(),
-            kind if kind == TreeKind::Aabb as u32 => size_of::<AabbNode>(),
-            kind if kind == TreeKind::Wide as u32 => size_of::<WideNode>(),
-            kind => return Err(ImageError::Kind(kind)),
-        };
-        self.check_sections(node_size)
-    }
-
-    /// Every section is where [`TreeImage::assemble`] puts it, and they fill the image.
-    fn check_sections(&self, node_size: usize) -> Result<(), ImageError> {
-        let header = self.header();
-        let mut at = size_of::<Header>() as u64;
-        for (start, count, size) in [
-            (header.nodes_at, header.node_count, node_size),
-            (header.leaf_boxes_at, header.leaf_count, size_of::<LeafBox>()),
-            (header.leaf_rows_at, header.leaf_count, size_of::<LeafRows>()),
-            (header.triangles_at, header.triangle_count, size_of::<LeafTriangle>()),
-            (header.vertices_at, header.vertex_count, size_of::<Point>()),
-        ] {
-            if start != at {
-                return Err(ImageError::Malformed("a section is not where it should be"));
-            }
-            at += (u64::from(count) * size as u64).next_multiple_of(64);
-        }
-        if at != header.byte_length {
-            return Err(ImageError::Malformed("the sections do not fill the image"));
-        }
-        let binary = self.kind() != TreeKind::Wide;
-        if header.triangle_count == 0
-            || binary
-                && (u64::from(header.node_count) + 1 != 2 * u64::from(header.triangle_count)
-                    || header.leaf_count != 0)
-        {
-            return Err(ImageError::Malformed("the tree does not have one triangle a leaf"));
-        }
-        let lengths = header.origin.iter().chain([&header.unit, &header.leaf_diameter]);
-        if header.unit <= 0.0 || !lengths.into_iter().all(|x| x.is_finite()) {
-            return Err(ImageError::Malformed("origin and unit are not usable"));
-        }
-        Ok(())
+        header.check_sections()
     }
 
     fn bytes(&self) -> &'a [u8] {
@@ -316,11 +366,7 @@ impl<'a> TreeView<'a> {
     }
 
     pub fn kind(&self) -> TreeKind {
-        match self.header().kind {
-            kind if kind == TreeKind::Obb as u32 => TreeKind::Obb,
-            kind if kind == TreeKind::Aabb as u32 => TreeKind::Aabb,
-            _ => TreeKind::Wide,
-        }
+        self.header().tree_kind()
     }
 
     /// Identifies the image.
@@ -343,11 +389,17 @@ impl<'a> TreeView<'a> {
     }
 }
 
+/// A power of two of the range that the builder chooses from.
+fn is_unit(x: f64) -> bool {
+    let (least, most) = (2_f64.powi(-1000), 2_f64.powi(1023));
+    (least..=most).contains(&x) && x.to_bits().trailing_zeros() >= 52
+}
+
 /// The nodes are one depth-first binary tree and its leaves are numbered from left to right.
-fn check_topology<N: Node>(nodes: &[N]) -> Result<(), ImageError> {
+pub(super) fn check_topology<N: Node>(nodes: &[N], first_rank: u32) -> Result<(), ImageError> {
     const BROKEN: ImageError = ImageError::Malformed("the nodes are not one depth-first tree");
     let mut ends = vec![nodes.len()];
-    let mut rank = 0;
+    let mut rank = first_rank;
     for (at, node) in nodes.iter().enumerate() {
         let Some(end) = ends.pop() else { return Err(BROKEN) };
         match node.link().child() {
