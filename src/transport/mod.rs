@@ -2,37 +2,59 @@
 //!
 //! # Contract
 //!
-//! Every transport keeps these promises; `tests/transport_conformance.rs` holds each of them
-//! against its number.
+//! Every transport keeps these promises; `tests/transport_conformance` holds each of them against
+//! its number. Workers are processes, except those of [`threads`]. Promises 1 and 2 are of the
+//! transports with [`SharedGeometry`], [`shared_memory`] and [`threads`]; the others send geometry
+//! as messages.
 //!
-//! 1. An image that the master [published](MasterEnd::publish), before or after the worker
-//!    attached, is what [`WorkerEnd::geometry`] returns, byte for byte, on a multiple of 64 bytes.
+//! 1. An image that the master [published](SharedGeometry::publish), before or after the worker
+//!    attached, is what [`GeometryInPlace::geometry`] returns, byte for byte, on a multiple of 64
+//!    bytes. A number is published once in a run.
 //! 2. A geometry handle stays valid and unchanged as long as the worker keeps it, also when the
-//!    master is gone.
+//!    mesh was [withdrawn](SharedGeometry::withdraw) or the master is gone. The memory of a
+//!    withdrawn mesh is given back when no worker has a handle.
 //! 3. Messages to one worker arrive at that worker alone, each once, whole and in order; so do
 //!    messages from a worker. Their first byte lies on a multiple of 8 bytes.
-//! 4. The master may send once the worker's first message has arrived, and then up to
-//!    [`QUEUED_JOBS`] messages ahead of the worker. One more is an error; the master never waits
-//!    for a worker.
-//! 5. A message longer than its limit ([`Needs::job_bytes`], [`REPLY_BYTES`]) is refused when sent.
-//! 6. [`WorkerEnd::receive`] sleeps until there is a message; [`MasterEnd::wait`] sleeps until a
-//!    worker has sent one, a watched descriptor can be read, or the time is over. A message that
-//!    came before the call counts. Neither polls.
-//! 7. What a worker sent before it was killed can be received until its channel is closed.
-//! 8. Room is made sure of first: too little is an error of [`MasterEnd`]'s creation that says how
-//!    much is needed and how much there is, never a signal later.
-//! 9. When the master's end is dropped, nothing of it is left in shared memory or in the file
-//!    system, whatever state its workers were in. What a killed master left is removed by the
-//!    next one of the same user; living runs are never touched.
-//! 10. Bytes are counted where they are copied: by [`MasterEnd::publish`], and in [`Traffic`].
+//! 4. The master may send once the worker's first message has arrived, and never waits for a
+//!    worker. In [`shared_memory`] up to [`QUEUED_JOBS`] messages can be ahead of the worker, and
+//!    one more is an error; elsewhere any number, which wait in the master's memory.
+//! 5. A message longer than its limit ([`Needs::job_bytes`], [`REPLY_BYTES`]) is refused when
+//!    sent; in a stream, a length beyond the limit is refused when it comes.
+//! 6. [`WorkerEnd::receive`] looks for a message as its [`WakeUp`] says, then sleeps until there is
+//!    one; [`MasterEnd::wait`] until a worker has sent one, a watched descriptor can be read, or
+//!    the time is over. A message that came before the call counts. Only
+//!    [`WakeUp::BusyPoll`] never sleeps.
+//! 7. What a worker sent before it was killed is handed over, by [`MasterEnd::close`] at the
+//!    latest. (A thread cannot be killed; what it sent before it ended counts.)
+//! 8. In [`shared_memory`], room is made sure of first: too little is an error, of the creation of
+//!    the master's end for all channels and of [`SharedGeometry::publish`] for an image, that says
+//!    how much is needed and how much there is, never a signal later. Elsewhere messages and images
+//!    are memory like any other, and nothing is set aside.
+//! 9. Two runs never see each other. When the master's end is dropped, nothing of it is left in
+//!    shared memory or in the file system, whatever state its workers were in; closing a dead
+//!    worker's channels gives back what they took. What a killed master left is removed by the
+//!    next one of the same user; living runs are never touched. (Only [`shared_memory`] has files.)
+//! 10. Bytes are counted where they are copied: by [`SharedGeometry::publish`], and in [`Traffic`].
+//! 11. A worker notices that the master, or its own channel, has gone: whatever it waits for is
+//!     [`TransportError::MasterGone`]. A dead worker is at most [`TransportError::NotDelivered`] to
+//!     the master, never a signal or a wait.
 
-use std::ffi::OsString;
 use std::ops::Deref;
 use std::os::fd::BorrowedFd;
 use std::path::PathBuf;
 use std::time::Duration;
 
+mod attach;
+mod descriptors;
+mod message;
 pub mod shared_memory;
+pub mod stream;
+pub mod threads;
+mod wake_up;
+
+pub use attach::{Attach, Attached, attach};
+pub use message::Message;
+pub use wake_up::{SPIN, WakeUp};
 
 /// Longest message from a worker.
 pub const REPLY_BYTES: usize = 64 * 1024;
@@ -47,6 +69,11 @@ pub struct WorkerId {
     pub incarnation: u32,
 }
 
+impl WorkerId {
+    const FIRST: Self = Self { slot: 0, incarnation: 0 };
+    const LAST: Self = Self { slot: u32::MAX, incarnation: u32::MAX };
+}
+
 impl std::fmt::Display for WorkerId {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{}.{}", self.slot, self.incarnation)
@@ -56,61 +83,86 @@ impl std::fmt::Display for WorkerId {
 /// What a run will need at most.
 #[derive(Clone, Debug)]
 pub struct Needs {
-    /// Bytes of each image to be published: multiples of 64.
-    pub images: Vec<usize>,
+    /// At the same time.
     pub workers: u32,
     /// Longest message to a worker.
     pub job_bytes: usize,
+    /// Of the master and of every worker.
+    pub wake_up: WakeUp,
 }
 
-/// Bytes that went to and from one worker.
+/// Bytes of messages that went to and from one worker.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Traffic {
-    /// Of images, copied for this worker alone: 0 where it maps what was published for all.
-    pub geometry_copied: u64,
-    pub messages: u64,
+    pub to_worker: u64,
+    pub from_worker: u64,
 }
 
 /// The master's end. See the [contract](self#contract).
 pub trait MasterEnd {
+    /// What a worker's end is made from: [`Attach`], or where workers are threads, the end itself.
+    type Attach;
+
     fn name(&self) -> &'static str;
 
-    /// Copies `image` once, to where every worker can read it. Returns the bytes copied.
-    fn publish(&mut self, mesh: u32, image: &[u8]) -> Result<u64, TransportError>;
+    /// `None` where there is no memory in common: geometry has to be sent.
+    fn shared_geometry(&mut self) -> Option<&mut dyn SharedGeometry>;
 
-    /// Makes the channels of a worker. The result is what its process passes to its end.
-    fn open(&mut self, worker: WorkerId) -> Result<Vec<OsString>, TransportError>;
+    /// Makes the channels of a worker.
+    fn open(&mut self, worker: WorkerId) -> Result<Self::Attach, TransportError>;
 
     /// Sends the parts as one message.
     fn send(&mut self, worker: WorkerId, parts: &[&[u8]]) -> Result<(), TransportError>;
 
     fn wait(&mut self, watched: &[BorrowedFd<'_>], limit: Duration) -> Result<(), TransportError>;
 
-    /// Hands every message that has come from `worker` to `take`, without waiting.
+    /// Hands every message from `worker` that the last [`wait`](Self::wait) knew of to `take`, and
+    /// maybe later ones, without waiting.
     fn receive(
         &mut self,
         worker: WorkerId,
         take: &mut dyn FnMut(&[u8]),
     ) -> Result<(), TransportError>;
 
-    /// Gives up the channels of a worker, with all that is still in them.
-    fn close(&mut self, worker: WorkerId);
+    /// Hands what has come from `worker` and was not received to `take`, then gives up its
+    /// channels. They are given up also when this is an error.
+    fn close(
+        &mut self,
+        worker: WorkerId,
+        take: &mut dyn FnMut(&[u8]),
+    ) -> Result<(), TransportError>;
 
+    /// Of a worker that was opened, closed or not.
     fn traffic(&self, worker: WorkerId) -> Traffic;
+}
+
+/// Geometry that every worker can read where the master put it.
+pub trait SharedGeometry {
+    /// Copies `image` once, to where every worker can read it. Returns the bytes copied. A number
+    /// is published once in a run.
+    fn publish(&mut self, mesh: u32, image: &[u8]) -> Result<u64, TransportError>;
+
+    /// Nobody gets `mesh` any more. Its memory is given back when no worker has it.
+    fn withdraw(&mut self, mesh: u32) -> Result<(), TransportError>;
 }
 
 /// A worker's end. See the [contract](self#contract).
 pub trait WorkerEnd {
-    type Geometry: Deref<Target = [u8]>;
     type Message: Deref<Target = [u8]>;
+
+    /// The next message. [`TransportError::MasterGone`] when there will be none.
+    fn receive(&mut self) -> Result<Self::Message, TransportError>;
+
+    /// Sends the parts as one message; waits while there is no room for it.
+    fn send(&mut self, parts: &[&[u8]]) -> Result<(), TransportError>;
+}
+
+/// A worker's end that has the geometry that the master [published](SharedGeometry::publish).
+pub trait GeometryInPlace: WorkerEnd {
+    type Geometry: Deref<Target = [u8]>;
 
     /// Waits until the mesh is published.
     fn geometry(&mut self, mesh: u32) -> Result<Self::Geometry, TransportError>;
-
-    fn receive(&mut self) -> Result<Self::Message, TransportError>;
-
-    /// Sends the parts as one message; waits while the queue to the master is full.
-    fn send(&mut self, parts: &[&[u8]]) -> Result<(), TransportError>;
 }
 
 #[derive(Debug, thiserror::Error)]
@@ -127,10 +179,14 @@ pub enum TransportError {
     Service { action: String, reason: String },
     #[error("a message of {bytes} bytes is too long: at most {limit}")]
     TooLong { bytes: usize, limit: usize },
+    #[error("a frame in a stream says that it is {bytes} bytes long: at most {limit} can be right")]
+    Frame { bytes: u64, limit: usize },
     #[error("worker {0} does not take messages: its queue is full or it has gone")]
     NotDelivered(WorkerId),
     #[error("the master has gone")]
     MasterGone,
+    #[error("mesh {0} was published before: a mesh gets a new number each time")]
+    PublishedBefore(u32),
     #[error("the arguments do not describe a channel: {0}")]
     Arguments(String),
 }

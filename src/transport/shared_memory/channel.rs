@@ -10,9 +10,10 @@ use iceoryx2::prelude::*;
 use iceoryx2::sample::Sample;
 use iceoryx2::service::builder::Builder;
 
-use super::room::populate;
+use super::doorbell::Place;
+use super::room::{SHARED_MEMORY_DIRECTORY, explain_missing_pages, populate};
 use super::run_directory;
-use crate::transport::{TransportError, WorkerId};
+use crate::transport::{REPLY_BYTES, TransportError, WorkerId};
 
 /// Element of every payload. A slice of these, unlike one of bytes with an alignment, costs no
 /// more memory than it holds.
@@ -45,6 +46,7 @@ pub fn service_error<E: Debug>(action: impl Into<String>) -> impl FnOnce(E) -> T
 /// A node of the run in `directory`, independent of any configuration file of iceoryx2.
 pub fn node(directory: &Path) -> Result<Node<ipc::Service>, TransportError> {
     set_log_level(LogLevel::Fatal);
+    explain_missing_pages();
     let prefix = run_directory::prefix(directory)
         .ok_or_else(|| TransportError::Arguments(directory.display().to_string()))?;
     let root = directory.join("services");
@@ -86,14 +88,28 @@ pub fn reply_name(worker: WorkerId) -> String {
     format!("reply/{worker}")
 }
 
-/// Doorbell of a worker, in the run's directory.
-pub fn worker_bell(run: &Path, worker: WorkerId) -> PathBuf {
-    run.join(format!("wake-{worker}"))
+/// Doorbell of a worker.
+pub fn worker_bell(run: &Path, worker: WorkerId) -> Place {
+    bell(run, &worker.to_string())
 }
 
-/// Doorbell of the master, in the run's directory.
-pub fn master_bell(run: &Path) -> PathBuf {
-    run.join("wake-master")
+pub fn master_bell(run: &Path) -> Place {
+    bell(run, "master")
+}
+
+/// The page lies in shared memory: it must cost no writing to a disk.
+fn bell(run: &Path, who: &str) -> Place {
+    let prefix = run_directory::prefix(run).unwrap_or_default();
+    let page = Path::new(SHARED_MEMORY_DIRECTORY).join(format!("{prefix}wake-{who}"));
+    Place { fifo: run.join(format!("wake-{who}")), page }
+}
+
+/// There while the mesh can be had. A worker must not open the service earlier: a subscriber made
+/// before the publisher was could be killed while both make their connection, and iceoryx2 0.10
+/// waits for ever on a connection that is half made. All other ports are registered only when
+/// their connections are whole.
+pub fn geometry_notice(run: &Path, mesh: u32) -> PathBuf {
+    run.join(format!("mesh-{mesh}"))
 }
 
 /// Writes the parts one after the other where the receivers will read them. Returns how many
@@ -110,12 +126,16 @@ pub fn send(
     let mut loan =
         publisher.loan_slice_uninit(cells(bytes).max(1)).map_err(service_error("loan a sample"))?;
     let payload = as_bytes(loan.payload_mut());
-    populate(payload.as_mut_ptr().cast(), payload.len()).map_err(|error| {
-        TransportError::Service {
-            action: format!("write {bytes} bytes to shared memory"),
-            reason: error.to_string(),
-        }
-    })?;
+    // What a message lies in has been reserved; only for an image is one call cheaper than its many
+    // first touches.
+    if bytes > REPLY_BYTES {
+        populate(payload.as_mut_ptr().cast(), payload.len()).map_err(|error| {
+            TransportError::Service {
+                action: format!("write {bytes} bytes to shared memory"),
+                reason: error.to_string(),
+            }
+        })?;
+    }
     let (message, padding) = payload.split_at_mut(bytes);
     gather(parts, message);
     padding.fill(MaybeUninit::new(0));

@@ -1,8 +1,9 @@
-use std::collections::BTreeMap;
-use std::ffi::OsString;
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs::OpenOptions;
 use std::os::fd::BorrowedFd;
+use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
@@ -10,11 +11,14 @@ use iceoryx2::port::update_connections::UpdateConnections;
 use iceoryx2::prelude::*;
 
 use super::channel::{self, Cell, Length, Received, cells, service, service_error};
-use super::doorbell::{Doorbell, Ring};
+use super::doorbell::Doorbell;
 use super::room::{self, require_room};
 use super::run_directory::RunDirectory;
+use super::{KEYS, LOOKS_PER_POLL, NAME};
+use crate::transport::descriptors::{self, is_any_readable};
 use crate::transport::{
-    MasterEnd, Needs, QUEUED_JOBS, REPLY_BYTES, Traffic, TransportError, WorkerId,
+    Attach, MasterEnd, Needs, QUEUED_JOBS, REPLY_BYTES, SharedGeometry, Traffic, TransportError,
+    WorkerId,
 };
 
 /// Samples that a subscriber may hold at once: one is enough, the other keeps `receive` from
@@ -28,6 +32,7 @@ const fn buckets(queue: usize) -> usize {
 /// Nodes, connections, events: what iceoryx2 takes besides the payloads (measured, rounded up).
 const OVERHEAD_OF_RUN: usize = 1 << 20;
 const OVERHEAD_OF_WORKER: usize = 256 << 10;
+const OVERHEAD_OF_IMAGE: usize = 1 << 20;
 
 /// Open files: the library's, the program's, a margin; and those of a worker's channels (measured
 /// 13, and its process).
@@ -39,11 +44,15 @@ const DESCRIPTORS_OF_WORKER: u64 = 20;
 pub struct SharedMemory {
     // Dropped in this order: ports, then the node, then everything that iceoryx2 leaves behind.
     channels: BTreeMap<WorkerId, Channel>,
-    geometry: Vec<Publisher<ipc::Service, [Cell], Length>>,
+    geometry: BTreeMap<u32, Publisher<ipc::Service, [Cell], Length>>,
+    withdrawn: BTreeSet<u32>,
+    traffic: BTreeMap<WorkerId, Traffic>,
     bell: Doorbell,
     node: Node<ipc::Service>,
     run: RunDirectory,
-    job_bytes: usize,
+    /// Of those that workers have made, how many are connected.
+    connected_ports: std::cell::Cell<u32>,
+    needs: Needs,
 }
 
 #[derive(Debug)]
@@ -51,7 +60,6 @@ struct Channel {
     jobs: Publisher<ipc::Service, [Cell], Length>,
     replies: Subscriber<ipc::Service, [Cell], Length>,
     bell: Doorbell,
-    traffic: Traffic,
 }
 
 impl SharedMemory {
@@ -59,23 +67,24 @@ impl SharedMemory {
     pub fn create(base: &Path, needs: &Needs) -> Result<Self, TransportError> {
         let run = RunDirectory::create(base)?;
         require_room(Path::new(room::SHARED_MEMORY_DIRECTORY), needed_bytes(needs))?;
-        room::require_descriptors(
+        descriptors::require(
             DESCRIPTORS_OF_RUN + DESCRIPTORS_OF_WORKER * u64::from(needs.workers),
         )?;
         let node = channel::node(run.path())?;
-        // Every worker may die and be replaced, and its place in a service is not given back.
-        let participants = 2 * needs.workers as usize + 16;
-        let geometry = needs
-            .images
-            .iter()
-            .zip(0..)
-            .map(|(&bytes, mesh)| geometry_publisher(&node, mesh, bytes, participants))
-            .collect::<Result<_, _>>()?;
         let bell = Doorbell::create(&channel::master_bell(run.path()))
-            .map_err(service_error("create the master's doorbell"))?;
+            .map_err(service_error("create the master's doorbell in /dev/shm"))?;
         room::reserve(run.prefix())?;
-        let channels = BTreeMap::new();
-        Ok(Self { channels, geometry, bell, node, run, job_bytes: needs.job_bytes })
+        Ok(Self {
+            channels: BTreeMap::new(),
+            geometry: BTreeMap::new(),
+            withdrawn: BTreeSet::new(),
+            traffic: BTreeMap::new(),
+            bell,
+            node,
+            run,
+            connected_ports: std::cell::Cell::new(0),
+            needs: needs.clone(),
+        })
     }
 
     fn channel(&mut self, worker: WorkerId) -> &mut Channel {
@@ -84,55 +93,109 @@ impl SharedMemory {
 
     /// Hands what was published before to the ports that have been made since.
     fn connect_geometry(&self) -> Result<(), TransportError> {
-        room::remove_half_made_connections(self.run.prefix())
-            .map_err(service_error("look for half-made connections"))?;
-        for publisher in &self.geometry {
+        for publisher in self.geometry.values() {
             publisher.update_connections().map_err(service_error("hand over the geometry"))?;
         }
         self.channels.values().try_for_each(Channel::wake)
     }
+
+    /// Of a worker that may have been killed. One that lives keeps what it has mapped.
+    fn remove_files(&self, worker: WorkerId, channel: Channel) -> std::io::Result<()> {
+        let ports = [channel.jobs.id().value(), channel.replies.id().value()];
+        drop(channel);
+        room::remove_queues(self.run.prefix(), ports[0], ports[1])?;
+        channel::worker_bell(self.run.path(), worker).remove()
+    }
+
+    /// Whether there is anything to receive. Connects new ports.
+    fn look(&self) -> Result<bool, TransportError> {
+        let ports = self.bell.ports();
+        if ports != self.connected_ports.replace(ports) {
+            self.connect_geometry()?;
+        }
+        for channel in self.channels.values() {
+            if channel.replies.has_samples().map_err(service_error("look for replies"))? {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
+    /// Returns whether there is a reason to wake.
+    fn sleep(
+        &self,
+        watched: &[BorrowedFd<'_>],
+        deadline: Option<Instant>,
+    ) -> Result<bool, TransportError> {
+        let mut found = Ok(false);
+        let last_look = || {
+            found = self.look();
+            !matches!(found, Ok(false))
+        };
+        let is_awake = self.bell.sleep(watched, deadline, last_look).map_err(failed)?;
+        self.bell.has_ended().map_err(failed)?;
+        Ok(found? || is_awake || self.look()?)
+    }
+}
+
+fn failed(error: std::io::Error) -> TransportError {
+    service_error("wait for workers")(error)
 }
 
 impl MasterEnd for SharedMemory {
+    type Attach = Attach;
+
     fn name(&self) -> &'static str {
-        "iceoryx2"
+        NAME
     }
 
-    fn publish(&mut self, mesh: u32, image: &[u8]) -> Result<u64, TransportError> {
-        let publisher = &self.geometry[mesh as usize];
-        channel::send(publisher, &[image], usize::MAX)?;
-        self.channels.values().try_for_each(Channel::wake)?;
-        Ok(image.len() as u64)
+    fn shared_geometry(&mut self) -> Option<&mut dyn SharedGeometry> {
+        Some(self)
     }
 
-    fn open(&mut self, worker: WorkerId) -> Result<Vec<OsString>, TransportError> {
-        let channel = Channel::create(&self.node, self.run.path(), worker, self.job_bytes)?;
+    fn open(&mut self, worker: WorkerId) -> Result<Attach, TransportError> {
+        let channel = Channel::create(&self.node, self.run.path(), worker, self.needs.job_bytes)?;
         self.channels.insert(worker, channel);
+        self.traffic.insert(worker, Traffic::default());
         room::reserve(self.run.prefix())?;
-        Ok(vec![
-            "--run".into(),
+        let values = [
+            self.needs.wake_up.name().into(),
             self.run.path().into(),
-            "--slot".into(),
             worker.slot.to_string().into(),
-            "--incarnation".into(),
             worker.incarnation.to_string().into(),
-        ])
+        ];
+        Ok(Attach::new(NAME, KEYS, values, Vec::new()))
     }
 
     fn send(&mut self, worker: WorkerId, parts: &[&[u8]]) -> Result<(), TransportError> {
-        let limit = self.job_bytes;
+        let limit = self.needs.job_bytes;
         let channel = self.channel(worker);
         if channel::send(&channel.jobs, parts, limit)? != 1 {
             return Err(TransportError::NotDelivered(worker));
         }
-        channel.traffic.messages += parts.iter().map(|part| part.len() as u64).sum::<u64>();
-        channel.wake()
+        channel.wake()?;
+        let bytes: usize = parts.iter().map(|part| part.len()).sum();
+        self.traffic.entry(worker).or_default().to_worker += bytes as u64;
+        Ok(())
     }
 
     fn wait(&mut self, watched: &[BorrowedFd<'_>], limit: Duration) -> Result<(), TransportError> {
-        let new_ports =
-            self.bell.wait(watched, Some(limit)).map_err(service_error("wait for workers"))?;
-        if new_ports { self.connect_geometry() } else { Ok(()) }
+        let deadline = descriptors::deadline(limit);
+        let found = self.needs.wake_up.search(deadline, |looked| {
+            let has_to_poll = looked % LOOKS_PER_POLL == LOOKS_PER_POLL - 1;
+            let is_anything_there =
+                self.look()? || has_to_poll && is_any_readable(watched).map_err(failed)?;
+            Ok(is_anything_there.then_some(()))
+        })?;
+        if found.is_some() {
+            return Ok(());
+        }
+        loop {
+            let is_over = || deadline.is_some_and(|deadline| Instant::now() >= deadline);
+            if self.sleep(watched, deadline)? || is_over() {
+                return Ok(());
+            }
+        }
     }
 
     fn receive(
@@ -140,25 +203,74 @@ impl MasterEnd for SharedMemory {
         worker: WorkerId,
         take: &mut dyn FnMut(&[u8]),
     ) -> Result<(), TransportError> {
-        let channel = self.channel(worker);
-        let mut taken = 0;
+        let channel = self.channels.get(&worker).expect("a channel that was opened");
+        let traffic = self.traffic.entry(worker).or_default();
+        let mut is_anything_taken = false;
         while let Some(sample) =
             channel.replies.receive().map_err(service_error("receive a reply"))?
         {
             let message = Received::new(sample)?;
-            channel.traffic.messages += message.len() as u64;
+            traffic.from_worker += message.len() as u64;
             take(&message);
-            taken += 1;
+            is_anything_taken = true;
         }
-        if taken < channel::QUEUED_REPLIES { Ok(()) } else { channel.wake() }
+        // It may wait for room.
+        if is_anything_taken { channel.wake() } else { Ok(()) }
     }
 
-    fn close(&mut self, worker: WorkerId) {
-        self.channels.remove(&worker);
+    fn close(
+        &mut self,
+        worker: WorkerId,
+        take: &mut dyn FnMut(&[u8]),
+    ) -> Result<(), TransportError> {
+        if !self.channels.contains_key(&worker) {
+            return Ok(());
+        }
+        let received = self.receive(worker, take);
+        let removed = match self.channels.remove(&worker) {
+            Some(channel) => self.remove_files(worker, channel),
+            None => Ok(()),
+        };
+        received.and(removed.map_err(service_error(format!("remove what worker {worker} left"))))
     }
 
     fn traffic(&self, worker: WorkerId) -> Traffic {
-        self.channels.get(&worker).map(|channel| channel.traffic).unwrap_or_default()
+        self.traffic.get(&worker).copied().unwrap_or_default()
+    }
+}
+
+impl SharedGeometry for SharedMemory {
+    fn publish(&mut self, mesh: u32, image: &[u8]) -> Result<u64, TransportError> {
+        if self.geometry.contains_key(&mesh) || self.withdrawn.contains(&mesh) {
+            return Err(TransportError::PublishedBefore(mesh));
+        }
+        let needed = (image.len() + OVERHEAD_OF_IMAGE) as u64;
+        require_room(Path::new(room::SHARED_MEMORY_DIRECTORY), needed)?;
+        // Every worker may die and be replaced, and its place in a service is not given back.
+        let participants = 16 * self.needs.workers as usize + 256;
+        let publisher = geometry_publisher(&self.node, mesh, image.len(), participants)?;
+        room::reserve(self.run.prefix())?;
+        channel::send(&publisher, &[image], usize::MAX)?;
+        self.geometry.insert(mesh, publisher);
+        let notice = channel::geometry_notice(self.run.path(), mesh);
+        OpenOptions::new()
+            .write(true)
+            .create_new(true)
+            .mode(0o600)
+            .open(notice)
+            .map_err(service_error("give notice of a mesh"))?;
+        self.channels.values().try_for_each(Channel::wake)?;
+        Ok(image.len() as u64)
+    }
+
+    fn withdraw(&mut self, mesh: u32) -> Result<(), TransportError> {
+        if self.geometry.contains_key(&mesh) {
+            let notice = channel::geometry_notice(self.run.path(), mesh);
+            std::fs::remove_file(notice).map_err(service_error("withdraw a mesh"))?;
+            self.geometry.remove(&mesh);
+            self.withdrawn.insert(mesh);
+        }
+        Ok(())
     }
 }
 
@@ -180,13 +292,14 @@ impl Channel {
             .subscriber_builder()
             .create()
             .map_err(service_error(format!("create the reply queue of worker {worker}")))?;
-        let bell = Doorbell::create(&channel::worker_bell(run, worker))
-            .map_err(service_error(format!("create the doorbell of worker {worker}")))?;
-        Ok(Self { jobs, replies, bell, traffic: Traffic::default() })
+        let bell = Doorbell::create(&channel::worker_bell(run, worker)).map_err(service_error(
+            format!("create the doorbell of worker {worker} in /dev/shm"),
+        ))?;
+        Ok(Self { jobs, replies, bell })
     }
 
     fn wake(&self) -> Result<(), TransportError> {
-        self.bell.ring(Ring::Message).map_err(service_error("wake a worker"))
+        self.bell.ring_if_asleep().map_err(service_error("wake a worker"))
     }
 }
 
@@ -242,8 +355,5 @@ fn geometry_publisher(
 fn needed_bytes(needs: &Needs) -> u64 {
     let queues = buckets(QUEUED_JOBS) * (needs.job_bytes + 128)
         + buckets(channel::QUEUED_REPLIES) * (REPLY_BYTES + 128);
-    let images: u64 = needs.images.iter().map(|&bytes| bytes as u64 + 4096).sum();
-    images
-        + u64::from(needs.workers) * (queues + OVERHEAD_OF_WORKER) as u64
-        + OVERHEAD_OF_RUN as u64
+    u64::from(needs.workers) * (queues + OVERHEAD_OF_WORKER) as u64 + OVERHEAD_OF_RUN as u64
 }

@@ -12,6 +12,13 @@
 //! nodes is off everywhere: it loses undelivered results of a killed worker and can hang on
 //! half-made files. The run's directory takes everything with it instead.
 
+pub const NAME: &str = "iceoryx2";
+
+const KEYS: [&str; 4] = ["--wake-up", "--run", "--slot", "--incarnation"];
+
+/// Who looks for messages without end looks at descriptors only now and then.
+const LOOKS_PER_POLL: u32 = 256;
+
 mod channel;
 mod doorbell;
 mod master;
@@ -21,5 +28,5 @@ mod worker;
 
 pub use master::SharedMemory;
 pub use room::require_room;
-pub use run_directory::default_base;
+pub use run_directory::{Leftovers, LivingRun, NotRemoved, default_base, remove_leftovers};
 pub use worker::{Image, JobMessage, SharedMemoryWorker};

@@ -6,9 +6,9 @@ use std::fs::OpenOptions;
 use std::io;
 use std::os::fd::AsRawFd;
 use std::os::unix::ffi::OsStrExt;
-use std::os::unix::fs::MetadataExt;
+use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use std::path::Path;
-use std::time::Duration;
+use std::sync::Once;
 
 use crate::transport::TransportError;
 
@@ -41,33 +41,41 @@ fn free_bytes(directory: &Path) -> io::Result<u64> {
     Ok(found.f_bavail.saturating_mul(found.f_frsize))
 }
 
-/// Raises this process's limit of open files to `needed` if it is lower.
-pub fn require_descriptors(needed: u64) -> Result<(), TransportError> {
-    let refuse = |reason: String| TransportError::Service {
-        action: format!("open {needed} files at once"),
-        reason,
-    };
-    let mut limit = libc::rlimit { rlim_cur: 0, rlim_max: 0 };
-    // SAFETY: `limit` is a whole rlimit, which the call fills.
-    if unsafe { libc::getrlimit(libc::RLIMIT_NOFILE, &mut limit) } != 0 {
-        return Err(refuse(io::Error::last_os_error().to_string()));
-    }
-    if limit.rlim_cur >= needed {
-        return Ok(());
-    }
-    if limit.rlim_max < needed {
-        let most = limit.rlim_max;
-        return Err(refuse(format!("at most {most} are allowed (ulimit -Hn): use fewer workers")));
-    }
-    limit.rlim_cur = needed;
-    // SAFETY: `limit` is a whole rlimit, which the call reads.
-    match unsafe { libc::setrlimit(libc::RLIMIT_NOFILE, &limit) } {
-        0 => Ok(()),
-        _ => Err(refuse(io::Error::last_os_error().to_string())),
-    }
+/// What iceoryx2 makes it touches before anybody can [`reserve`] it. If others fill `/dev/shm` at
+/// that moment, this process ends with this sentence; what it leaves behind, the next run removes.
+const RAN_FULL: &[u8] =
+    b"error: /dev/shm has just run full: free some of it, use fewer workers or \
+smaller meshes, or make it larger (Docker: --shm-size)\n";
+
+/// From now on a page that cannot be had ends this process with an error, not with a signal.
+pub fn explain_missing_pages() {
+    static INSTALLED: Once = Once::new();
+    INSTALLED.call_once(|| {
+        let handler: extern "C" fn(libc::c_int, *mut libc::siginfo_t, *mut libc::c_void) =
+            page_missing;
+        // SAFETY: all zeros is a sigaction without flags and with an empty mask.
+        let mut action: libc::sigaction = unsafe { std::mem::zeroed() };
+        action.sa_sigaction = handler as usize;
+        action.sa_flags = libc::SA_SIGINFO | libc::SA_ONSTACK | libc::SA_RESETHAND;
+        // SAFETY: `action` is whole, and its handler does only what one may. It cannot fail for
+        // this signal.
+        unsafe { libc::sigaction(libc::SIGBUS, &action, std::ptr::null_mut()) };
+    });
 }
 
-/// Gives every file of this run its pages now, so that no later write can fail.
+extern "C" fn page_missing(_: libc::c_int, info: *mut libc::siginfo_t, _: *mut libc::c_void) {
+    // SAFETY: the kernel passes a whole siginfo; both calls may be made in a signal handler.
+    unsafe {
+        if (*info).si_code == libc::BUS_ADRERR {
+            libc::write(libc::STDERR_FILENO, RAN_FULL.as_ptr().cast(), RAN_FULL.len());
+            libc::_exit(1);
+        }
+    }
+    // Anything else comes again at once, and is what it would be without this handler.
+}
+
+/// Gives every file of this run its pages now, so that no later write can fail, and closes to other
+/// users what iceoryx2 leaves open to them: its file that counts the nodes.
 pub fn reserve(prefix: &str) -> Result<(), TransportError> {
     let refuse = |error: io::Error| TransportError::Service {
         action: format!("reserve memory in {SHARED_MEMORY_DIRECTORY}"),
@@ -82,7 +90,7 @@ pub fn reserve(prefix: &str) -> Result<(), TransportError> {
     Ok(())
 }
 
-fn reserve_file(path: &Path) -> io::Result<()> {
+pub fn reserve_file(path: &Path) -> io::Result<()> {
     let file = match OpenOptions::new().write(true).open(path) {
         Ok(file) => file,
         // Another process of the run is still making this file, or has just removed it.
@@ -92,6 +100,9 @@ fn reserve_file(path: &Path) -> io::Result<()> {
         Err(error) => return Err(error),
     };
     let found = file.metadata()?;
+    if found.mode() & 0o077 != 0 {
+        file.set_permissions(std::fs::Permissions::from_mode(0o600))?;
+    }
     if found.blocks() * 512 >= found.len() {
         return Ok(());
     }
@@ -106,34 +117,35 @@ fn reserve_file(path: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// Removes connections that a worker was killed over while it made them. iceoryx2 0.10 waits for
-/// ever for such a file to grow; one that is being made grows within microseconds.
-pub fn remove_half_made_connections(prefix: &str) -> io::Result<()> {
-    let half_made = |path: &Path| path.metadata().is_ok_and(|found| found.len() == 0);
-    let mut suspects = Vec::new();
-    for entry in std::fs::read_dir(SHARED_MEMORY_DIRECTORY)? {
-        let entry = entry?;
-        let name = entry.file_name();
-        let name = name.as_bytes();
-        if name.starts_with(prefix.as_bytes()) && name.ends_with(b".connection") {
-            suspects.push(entry.path());
-        }
-    }
-    suspects.retain(|path| half_made(path));
-    if suspects.is_empty() {
-        return Ok(());
-    }
-    std::thread::sleep(TIME_TO_GROW);
-    for path in suspects.iter().filter(|path| half_made(path)) {
-        match std::fs::remove_file(path) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
-            _ => {}
+/// Removes what a worker that was killed left of its message queues, given the ports of the
+/// master's side. In iceoryx2 0.10 a connection is named `…_<publisher>_<subscriber>.connection`,
+/// and the memory of a publisher's samples `…_<publisher>.data`.
+pub fn remove_queues(prefix: &str, publisher: u128, subscriber: u128) -> io::Result<()> {
+    let (publisher, subscriber) = (publisher.to_string(), subscriber.to_string());
+    let names = std::fs::read_dir(SHARED_MEMORY_DIRECTORY)?
+        .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
+        .filter(|name| name.starts_with(prefix))
+        .collect::<Vec<_>>();
+    let remove =
+        |name: &str| match std::fs::remove_file(Path::new(SHARED_MEMORY_DIRECTORY).join(name)) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
+            _ => Ok(()),
+        };
+    for connection in &names {
+        let Some(ports) = connection.strip_suffix(".connection") else { continue };
+        let Some((ports, to)) = ports.rsplit_once('_') else { continue };
+        let from = ports.rsplit_once('_').map_or(ports, |(_, from)| from);
+        if to == subscriber || from == publisher {
+            remove(connection)?;
+            let samples = format!("_{from}.data");
+            names
+                .iter()
+                .filter(|name| name.ends_with(&samples))
+                .try_for_each(|name| remove(name))?;
         }
     }
     Ok(())
 }
-
-const TIME_TO_GROW: Duration = Duration::from_millis(20);
 
 /// Makes the pages under `bytes` writable, or says that there are none left.
 pub fn populate(start: *mut u8, bytes: usize) -> io::Result<()> {
@@ -166,13 +178,6 @@ mod tests {
     }
 
     #[test]
-    fn more_files_than_allowed_is_an_error_and_fewer_are_granted() {
-        assert!(require_descriptors(64).is_ok());
-        let refused = require_descriptors(u64::MAX - 1).unwrap_err().to_string();
-        assert!(refused.contains("fewer workers"), "{refused}");
-    }
-
-    #[test]
     fn a_missing_directory_is_an_error_that_names_it() {
         let refused = require_room(Path::new("/no/such/place"), 1).unwrap_err().to_string();
         assert!(refused.starts_with("/no/such/place"), "{refused}");
@@ -190,19 +195,5 @@ mod tests {
         std::fs::remove_file(&path).unwrap();
         reserved.unwrap();
         assert_eq!((before, after), (0, (1 << 20) / 512));
-    }
-
-    #[test]
-    fn only_connections_that_stay_empty_are_removed() {
-        let prefix = format!("bumper_half_made_test_{}_", std::process::id());
-        let path = |name| Path::new(SHARED_MEMORY_DIRECTORY).join(format!("{prefix}{name}"));
-        let files = ["dead.connection", "whole.connection", "other.data"].map(path);
-        std::fs::write(&files[0], "").unwrap();
-        std::fs::write(&files[1], "x").unwrap();
-        std::fs::write(&files[2], "").unwrap();
-        let removed = remove_half_made_connections(&prefix);
-        let left = files.each_ref().map(|file| std::fs::remove_file(file).is_ok());
-        removed.unwrap();
-        assert_eq!(left, [false, true, true]);
     }
 }

@@ -1,15 +1,16 @@
 use std::ffi::OsString;
 use std::path::PathBuf;
-use std::time::Duration;
 
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::*;
 
 use super::channel::{self, Cell, Length, Received, cells, service, service_error};
-use super::doorbell::{Doorbell, Ring};
-use super::{room, run_directory};
-use crate::transport::{REPLY_BYTES, TransportError, WorkerEnd, WorkerId};
+use super::doorbell::Doorbell;
+use super::{KEYS, LOOKS_PER_POLL, room, run_directory};
+use crate::transport::{
+    GeometryInPlace, REPLY_BYTES, TransportError, WakeUp, WorkerEnd, WorkerId, attach,
+};
 
 /// A published image in shared memory, mapped read-only.
 pub type Image = Received;
@@ -25,19 +26,21 @@ pub struct SharedMemoryWorker {
     bell: Doorbell,
     node: Node<ipc::Service>,
     run: PathBuf,
+    wake_up: WakeUp,
 }
 
-/// While the queue is full the master rings when it has emptied it; this is for one that is gone.
-const FULL_QUEUE_RECHECK: Duration = Duration::from_millis(100);
-
 impl SharedMemoryWorker {
-    /// `arguments` are what [`crate::transport::MasterEnd::open`] returned.
+    /// `arguments` are those of [`crate::transport::Attach`] after the first.
     pub fn attach(arguments: &[OsString]) -> Result<Self, TransportError> {
-        let (run, worker) = parse(arguments)?;
+        let [wake_up, run, slot, incarnation] = attach::values(arguments, KEYS)?;
+        let wake_up = attach::wake_up(wake_up)?;
+        let (slot, incarnation) = (attach::number(slot)?, attach::number(incarnation)?);
+        let (run, worker) = (PathBuf::from(run), WorkerId { slot, incarnation });
         let node = channel::node(&run)?;
-        let open = |path: PathBuf| Doorbell::open(&path).map_err(service_error("open a doorbell"));
-        let bell = open(channel::worker_bell(&run, worker))?;
-        let master_bell = open(channel::master_bell(&run))?;
+        let bell = Doorbell::open_to_sleep(&channel::worker_bell(&run, worker))
+            .map_err(service_error("open this worker's doorbell"))?;
+        let master_bell = Doorbell::open_to_ring(&channel::master_bell(&run))
+            .map_err(service_error("open the master's doorbell"))?;
         let jobs = service(&node, &channel::job_name(worker))?
             .publish_subscribe::<[Cell]>()
             .user_header::<Length>()
@@ -59,70 +62,87 @@ impl SharedMemoryWorker {
             .map_err(service_error("create a publisher"))?;
         let prefix = run_directory::prefix(&run).unwrap_or_default();
         room::reserve(&prefix)?;
-        Ok(Self { jobs, replies, master_bell, bell, node, run })
+        Ok(Self { jobs, replies, master_bell, bell, node, run, wake_up })
     }
 
-    fn sleep(&self, limit: Option<Duration>) -> Result<(), TransportError> {
-        self.bell.wait(&[], limit).map(|_| ()).map_err(service_error("wait for the master"))
+    /// What `look` finds as soon as it finds something.
+    fn until<T>(
+        &self,
+        mut look: impl FnMut() -> Result<Option<T>, TransportError>,
+    ) -> Result<T, TransportError> {
+        loop {
+            let found = self.wake_up.search(None, |looked| {
+                if looked % LOOKS_PER_POLL == LOOKS_PER_POLL - 1 && self.has_master_gone()? {
+                    return look()?.map(Some).ok_or(TransportError::MasterGone);
+                }
+                look()
+            })?;
+            if let Some(found) = found {
+                return Ok(found);
+            }
+            let mut found = None;
+            let last_look = || {
+                found = look().transpose();
+                found.is_some()
+            };
+            self.bell.sleep(&[], None, last_look).map_err(service_error("wait for the master"))?;
+            if let Some(found) = found {
+                return found;
+            }
+            if self.has_master_gone()? {
+                return look()?.ok_or(TransportError::MasterGone);
+            }
+        }
     }
 
-    fn tell_master(&self, ring: Ring) -> Result<(), TransportError> {
-        self.master_bell.ring(ring).map_err(service_error("wake the master"))
+    fn has_master_gone(&self) -> Result<bool, TransportError> {
+        self.bell.has_ended().map_err(service_error("wait for the master"))
+    }
+
+    fn subscribe(
+        &self,
+        mesh: u32,
+    ) -> Result<Option<Subscriber<ipc::Service, [Cell], Length>>, TransportError> {
+        if !channel::geometry_notice(&self.run, mesh).exists() {
+            return Ok(None);
+        }
+        let service = service(&self.node, &channel::geometry_name(mesh))?
+            .publish_subscribe::<[Cell]>()
+            .user_header::<Length>()
+            .open()
+            .map_err(service_error(format!("open the service of mesh {mesh}")))?;
+        let subscriber = service.subscriber_builder().create();
+        subscriber.map(Some).map_err(service_error(format!("subscribe to mesh {mesh}")))
     }
 }
 
 impl WorkerEnd for SharedMemoryWorker {
-    type Geometry = Image;
     type Message = JobMessage;
 
-    fn geometry(&mut self, mesh: u32) -> Result<Image, TransportError> {
-        let subscriber = service(&self.node, &channel::geometry_name(mesh))?
-            .publish_subscribe::<[Cell]>()
-            .user_header::<Length>()
-            .open()
-            .map_err(service_error(format!("open the service of mesh {mesh}")))?
-            .subscriber_builder()
-            .create()
-            .map_err(service_error(format!("subscribe to mesh {mesh}")))?;
-        // An image published before comes only when the master knows of this subscriber.
-        self.tell_master(Ring::NewPort)?;
-        loop {
-            if let Some(image) = subscriber.receive().map_err(service_error("receive a mesh"))? {
-                return Received::new(image);
-            }
-            self.sleep(None)?;
-        }
-    }
-
     fn receive(&mut self) -> Result<JobMessage, TransportError> {
-        loop {
-            if let Some(job) = self.jobs.receive().map_err(service_error("receive a job"))? {
-                return Received::new(job);
-            }
-            self.sleep(None)?;
-        }
+        let job = self.until(|| self.jobs.receive().map_err(service_error("receive a job")))?;
+        Received::new(job)
     }
 
     fn send(&mut self, parts: &[&[u8]]) -> Result<(), TransportError> {
-        while channel::send(&self.replies, parts, REPLY_BYTES)? != 1 {
-            if !self.run.exists() {
-                return Err(TransportError::MasterGone);
-            }
-            self.sleep(Some(FULL_QUEUE_RECHECK))?;
-        }
-        self.tell_master(Ring::Message)
+        self.until(|| {
+            let receivers = channel::send(&self.replies, parts, REPLY_BYTES)?;
+            Ok((receivers == 1).then_some(()))
+        })?;
+        // Nobody there to be woken is seen by who receives.
+        let _ = self.master_bell.ring_if_asleep();
+        Ok(())
     }
 }
 
-fn parse(arguments: &[OsString]) -> Result<(PathBuf, WorkerId), TransportError> {
-    let refuse = || TransportError::Arguments(format!("{arguments:?}"));
-    let [run_key, run, slot_key, slot, incarnation_key, incarnation] = arguments else {
-        return Err(refuse());
-    };
-    if run_key != "--run" || slot_key != "--slot" || incarnation_key != "--incarnation" {
-        return Err(refuse());
+impl GeometryInPlace for SharedMemoryWorker {
+    type Geometry = Image;
+
+    fn geometry(&mut self, mesh: u32) -> Result<Image, TransportError> {
+        let subscriber = self.until(|| self.subscribe(mesh))?;
+        // The image comes when the master knows of this subscriber.
+        self.master_bell.add_port().map_err(|_| TransportError::MasterGone)?;
+        let receive = || subscriber.receive().map_err(service_error("receive a mesh"));
+        Received::new(self.until(receive)?)
     }
-    let number = |text: &OsString| text.to_str().and_then(|n| n.parse().ok()).ok_or_else(refuse);
-    let worker = WorkerId { slot: number(slot)?, incarnation: number(incarnation)? };
-    Ok((run.into(), worker))
 }
