@@ -1,16 +1,23 @@
 //! From a local client to its remote client.
 //!
-//! The paper's message types (section 6.4.4): a scenario batch is the whole task, so its end needs
-//! no message of its own; trees are not sent as messages but published by the transport.
+//! The paper's message types (section 6.4.4): adding and removing trees, scenarios, terminating. A
+//! scenario batch is the whole task, so its end needs no message of its own. Where geometry is in
+//! place, a tree is added by its number alone; elsewhere its subtrees follow as they are needed.
 
 use bytemuck::{Pod, Zeroable};
 
-use super::{VERSION, WireError, ascending, flag, records, split_header, zero};
+use super::{
+    VERSION, Wanted, WireError, ascending, flag, records, split_header, split_records, zero,
+};
 use crate::geometry::Pose;
+use crate::tree::roots::RootPair;
 
 const MAGIC: u32 = u32::from_le_bytes(*b"bJOB");
 const SCENARIOS: u16 = 1;
 const TERMINATE: u16 = 2;
+const ADD_TREE: u16 = 3;
+const ADD_SUBTREE: u16 = 4;
+const REMOVE_TREE: u16 = 5;
 
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -19,11 +26,16 @@ pub struct JobHeader {
     version: u16,
     kind: u16,
     task: u64,
+    /// The fixed and the moving tree of a batch; the first is the tree of other messages.
+    trees: [u32; 2],
     /// Number of [`ScenarioRecord`]s that follow.
     scenarios: u32,
+    /// 1: after them come the pairs of distributed roots of each scenario.
+    from_roots: u32,
     /// 1: answers carry their pairs.
     send_pairs: u32,
-    reserved: [u32; 2],
+    /// 1: answers carry what each scenario took.
+    send_costs: u32,
 }
 
 /// One work unit.
@@ -31,22 +43,61 @@ pub struct JobHeader {
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct ScenarioRecord {
     pub scenario: u32,
-    reserved: u32,
+    /// Pairs of distributed roots to descend from, see [`Batch::iter`].
+    root_pairs: u32,
     pub pose: Pose,
 }
 
-const _: () = assert!(size_of::<JobHeader>() == 32 && align_of::<JobHeader>() == 8);
+const _: () = assert!(size_of::<JobHeader>() == 40 && align_of::<JobHeader>() == 8);
 const _: () = assert!(size_of::<ScenarioRecord>() == 104 && align_of::<ScenarioRecord>() == 8);
 
 impl ScenarioRecord {
+    /// To be descended from the top.
     pub fn new(scenario: u32, pose: Pose) -> Self {
-        Self { scenario, reserved: 0, pose }
+        Self::with_root_pairs(scenario, pose, 0)
+    }
+
+    /// To be descended from so many pairs of distributed roots.
+    pub fn with_root_pairs(scenario: u32, pose: Pose, root_pairs: u32) -> Self {
+        Self { scenario, root_pairs, pose }
     }
 }
 
 impl JobHeader {
-    pub fn scenarios(task: u64, scenarios: u32, send_pairs: bool) -> Self {
-        Self { task, scenarios, send_pairs: send_pairs.into(), ..Self::of_kind(SCENARIOS) }
+    /// Of a batch whose scenarios are descended from the top, or from pairs of distributed roots.
+    pub fn scenarios(
+        task: u64,
+        trees: [u32; 2],
+        scenarios: u32,
+        from_roots: bool,
+        wanted: Wanted,
+    ) -> Self {
+        let (send_pairs, send_costs) = (wanted.pairs.into(), wanted.costs.into());
+        let from_roots = from_roots.into();
+        Self {
+            task,
+            trees,
+            scenarios,
+            from_roots,
+            send_pairs,
+            send_costs,
+            ..Self::of_kind(SCENARIOS)
+        }
+    }
+
+    /// Of a message whose body is what a worker has to know of a tree before its subtrees come, or
+    /// nothing where it sees the whole tree.
+    pub fn add_tree(tree: u32) -> Self {
+        Self { trees: [tree, 0], ..Self::of_kind(ADD_TREE) }
+    }
+
+    /// Of a message whose body is a subtree.
+    pub fn add_subtree(tree: u32) -> Self {
+        Self { trees: [tree, 0], ..Self::of_kind(ADD_SUBTREE) }
+    }
+
+    pub fn remove_tree(tree: u32) -> Self {
+        Self { trees: [tree, 0], ..Self::of_kind(REMOVE_TREE) }
     }
 
     pub fn terminate() -> Self {
@@ -61,47 +112,127 @@ impl JobHeader {
 /// A validated message to a worker.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Job<'a> {
-    /// Scenario numbers ascend, poses are finite.
-    Scenarios {
-        task: u64,
-        send_pairs: bool,
-        scenarios: &'a [ScenarioRecord],
+    Scenarios(Batch<'a>),
+    /// Bodies are checked by who takes them.
+    AddTree {
+        tree: u32,
+        body: &'a [u8],
+    },
+    AddSubtree {
+        tree: u32,
+        body: &'a [u8],
+    },
+    RemoveTree {
+        tree: u32,
     },
     Terminate,
 }
 
+/// A task. Scenario numbers ascend, poses are finite.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Batch<'a> {
+    pub task: u64,
+    /// The fixed and the moving one.
+    pub trees: [u32; 2],
+    pub wanted: Wanted,
+    scenarios: &'a [ScenarioRecord],
+    /// Absent: all are descended from the top.
+    root_pairs: Option<&'a [RootPair]>,
+}
+
+impl<'a> Batch<'a> {
+    pub fn len(&self) -> usize {
+        self.scenarios.len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.scenarios.is_empty()
+    }
+
+    /// Each scenario with the pairs of distributed roots to descend from, if not from the top.
+    pub fn iter(&self) -> impl Iterator<Item = (&'a ScenarioRecord, Option<&'a [RootPair]>)> {
+        let mut rest = self.root_pairs;
+        self.scenarios.iter().map(move |record| {
+            let (here, after) =
+                rest.map(|pairs| pairs.split_at(record.root_pairs as usize)).unzip();
+            rest = after;
+            (record, here)
+        })
+    }
+}
+
 impl<'a> Job<'a> {
-    /// Bytes of a batch of `scenarios`.
-    pub fn batch_bytes(scenarios: u32) -> usize {
-        size_of::<JobHeader>() + scenarios as usize * size_of::<ScenarioRecord>()
+    /// Bytes of a batch of `scenarios` with `root_pairs` together.
+    pub fn batch_bytes(scenarios: usize, root_pairs: usize) -> usize {
+        size_of::<JobHeader>()
+            + scenarios * size_of::<ScenarioRecord>()
+            + root_pairs * size_of::<RootPair>()
     }
 
     pub fn parse(bytes: &'a [u8]) -> Result<Self, WireError> {
-        let (header, rest) = split_header::<JobHeader>(bytes)?;
+        let (header, body) = split_header::<JobHeader>(bytes)?;
         if header.magic != MAGIC {
             return Err(WireError::Magic(header.magic));
         }
         if header.version != VERSION {
             return Err(WireError::Version(header.version));
         }
-        zero("reserved word", header.reserved[0] | header.reserved[1])?;
-        let send_pairs = flag("send_pairs", header.send_pairs)?;
-        let scenarios = records::<ScenarioRecord>(rest, header.scenarios)?;
+        let [tree, _] = header.trees;
         match header.kind {
-            SCENARIOS => {
-                validate(scenarios)?;
-                Ok(Self::Scenarios { task: header.task, send_pairs, scenarios })
-            }
-            TERMINATE => zero("scenario count", header.scenarios).map(|()| Self::Terminate),
+            SCENARIOS => parse_batch(header, body).map(Self::Scenarios),
+            ADD_TREE => only_tree(header).map(|()| Self::AddTree { tree, body }),
+            ADD_SUBTREE => only_tree(header).map(|()| Self::AddSubtree { tree, body }),
+            REMOVE_TREE => only_tree(header)
+                .and_then(|()| without_body(body))
+                .map(|()| Self::RemoveTree { tree }),
+            TERMINATE => zero("tree", tree)
+                .and_then(|()| only_tree(header))
+                .and_then(|()| without_body(body))
+                .map(|()| Self::Terminate),
             kind => Err(WireError::Kind(kind)),
         }
     }
 }
 
+/// That the fields of a batch are zero, but for the first tree.
+fn only_tree(header: &JobHeader) -> Result<(), WireError> {
+    let JobHeader { task, trees, scenarios, from_roots, send_pairs, send_costs, .. } = *header;
+    if task != 0 {
+        return Err(WireError::Field { field: "task", value: task });
+    }
+    zero("second tree", trees[1])?;
+    zero("scenario count", scenarios)?;
+    zero("from_roots", from_roots)?;
+    zero("send_pairs", send_pairs)?;
+    zero("send_costs", send_costs)
+}
+
+fn without_body(body: &[u8]) -> Result<(), WireError> {
+    records::<u8>(body, 0).map(|_| ())
+}
+
+fn parse_batch<'a>(header: &JobHeader, body: &'a [u8]) -> Result<Batch<'a>, WireError> {
+    let wanted = Wanted {
+        pairs: flag("send_pairs", header.send_pairs)?,
+        costs: flag("send_costs", header.send_costs)?,
+    };
+    let from_roots = flag("from_roots", header.from_roots)?;
+    let (scenarios, root_pairs) = split_records::<ScenarioRecord>(body, header.scenarios)?;
+    validate(scenarios)?;
+    let count: u64 = scenarios.iter().map(|record| u64::from(record.root_pairs)).sum();
+    if !from_roots && count != 0 {
+        return Err(WireError::Field { field: "root pairs", value: count });
+    }
+    let count =
+        u32::try_from(count).map_err(|_| WireError::Field { field: "root pairs", value: count })?;
+    let root_pairs = records::<RootPair>(root_pairs, count)?;
+    let JobHeader { task, trees, .. } = *header;
+    Ok(Batch { task, trees, wanted, scenarios, root_pairs: from_roots.then_some(root_pairs) })
+}
+
 fn validate(scenarios: &[ScenarioRecord]) -> Result<(), WireError> {
     ascending(scenarios.iter().map(|s| s.scenario))?;
     for record in scenarios {
-        zero("reserved word", record.reserved)?;
         let numbers = record.pose.rotation.iter().chain(&record.pose.translation);
         if !numbers.into_iter().all(|n| n.is_finite()) {
             return Err(WireError::Pose(record.scenario));
@@ -116,14 +247,28 @@ mod tests {
 
     use super::*;
 
+    const WANTED: Wanted = Wanted { pairs: true, costs: false };
+
     /// Bytes on a multiple of 8, as the transport delivers them.
+    fn words(header: &JobHeader, records: &[ScenarioRecord], root_pairs: &[RootPair]) -> Vec<u64> {
+        let mut words = bytemuck::cast_slice::<_, u64>(bytemuck::bytes_of(header)).to_vec();
+        words.extend_from_slice(bytemuck::cast_slice(records));
+        let pairs: Vec<u64> = root_pairs.iter().map(|&pair| bytemuck::cast(pair)).collect();
+        words.extend(pairs);
+        words
+    }
+
     fn batch(scenarios: &[u32]) -> Vec<u64> {
         let records: Vec<_> =
             scenarios.iter().map(|&s| ScenarioRecord::new(s, Pose::IDENTITY)).collect();
-        let header = JobHeader::scenarios(7, records.len() as u32, true);
-        let mut words = bytemuck::cast_slice::<_, u64>(bytemuck::bytes_of(&header)).to_vec();
-        words.extend_from_slice(bytemuck::cast_slice(&records));
-        words
+        words(&JobHeader::scenarios(7, [4, 5], records.len() as u32, false, WANTED), &records, &[])
+    }
+
+    /// Scenario 3 from two pairs of roots, scenario 4 from none, scenario 9 from one.
+    fn rooted_batch() -> Vec<u64> {
+        let record = |s, count| ScenarioRecord::with_root_pairs(s, Pose::IDENTITY, count);
+        let header = JobHeader::scenarios(7, [4, 5], 3, true, WANTED);
+        words(&header, &[record(3, 2), record(4, 0), record(9, 1)], &[[1, 2], [1, 3], [8, 8]])
     }
 
     fn bytes(words: &[u64]) -> &[u8] {
@@ -132,49 +277,89 @@ mod tests {
 
     fn with_header(change: impl FnOnce(&mut JobHeader)) -> Result<(), WireError> {
         let mut words = batch(&[3, 4]);
-        change(bytemuck::from_bytes_mut(bytemuck::cast_slice_mut(&mut words[..4])));
+        change(bytemuck::from_bytes_mut(bytemuck::cast_slice_mut(&mut words[..5])));
         Job::parse(bytes(&words)).map(|_| ())
     }
 
     #[test]
     fn a_batch_is_read_as_it_was_written() {
         let words = batch(&[3, 4, 9]);
-        let Ok(Job::Scenarios { task: 7, send_pairs: true, scenarios }) = Job::parse(bytes(&words))
-        else {
-            panic!("not a batch");
-        };
-        assert_eq!(scenarios.iter().map(|s| s.scenario).collect::<Vec<_>>(), [3, 4, 9]);
-        assert_eq!(scenarios[1].pose, Pose::IDENTITY);
+        let Ok(Job::Scenarios(batch)) = Job::parse(bytes(&words)) else { panic!("not a batch") };
+        assert_eq!((batch.task, batch.trees, batch.wanted), (7, [4, 5], WANTED));
+        let scenarios: Vec<_> = batch.iter().map(|(s, roots)| (s.scenario, roots)).collect();
+        assert_eq!(scenarios, [(3, None), (4, None), (9, None)]);
+        assert!(batch.iter().all(|(s, _)| s.pose == Pose::IDENTITY));
+    }
+
+    #[test]
+    fn each_scenario_gets_its_own_root_pairs() {
+        let words = rooted_batch();
+        let Ok(Job::Scenarios(batch)) = Job::parse(bytes(&words)) else { panic!("not a batch") };
+        let roots: Vec<_> = batch.iter().map(|(s, roots)| (s.scenario, roots.unwrap())).collect();
+        assert_eq!(roots, [(3, &[[1, 2], [1, 3]][..]), (4, &[]), (9, &[[8, 8]])]);
+        assert_eq!(Job::batch_bytes(3, 3), bytes(&words).len());
+    }
+
+    #[test]
+    fn messages_about_trees_are_read_as_they_were_written() {
+        let with_body = |header: JobHeader| words(&header, &[], &[[6, 7]]);
+        let body = bytemuck::bytes_of(&[6_u32, 7]);
+        assert_eq!(
+            Job::parse(bytes(&with_body(JobHeader::add_tree(3)))),
+            Ok(Job::AddTree { tree: 3, body })
+        );
+        assert_eq!(
+            Job::parse(bytes(&with_body(JobHeader::add_subtree(3)))),
+            Ok(Job::AddSubtree { tree: 3, body })
+        );
+        let header = JobHeader::remove_tree(3);
+        assert_eq!(Job::parse(bytemuck::bytes_of(&header)), Ok(Job::RemoveTree { tree: 3 }));
+        assert!(Job::parse(bytes(&with_body(header))).is_err());
     }
 
     #[test]
     fn terminate_is_a_header_alone() {
         let header = JobHeader::terminate();
         assert_eq!(Job::parse(bytemuck::bytes_of(&header)), Ok(Job::Terminate));
+        assert!(Job::parse(bytes(&words(&header, &[], &[[0, 0]]))).is_err());
     }
 
     #[test]
     fn every_truncation_and_every_extra_byte_is_refused() {
-        let mut words = batch(&[3, 4]);
-        for length in 0..words.len() * 8 {
-            assert!(Job::parse(&bytes(&words)[..length]).is_err(), "{length} bytes");
+        for mut words in [batch(&[3, 4]), rooted_batch()] {
+            for length in 0..words.len() * 8 {
+                assert!(Job::parse(&bytes(&words)[..length]).is_err(), "{length} bytes");
+            }
+            words.push(0);
+            assert!(matches!(Job::parse(bytes(&words)), Err(WireError::Length { .. })));
         }
-        words.push(0);
-        let described = 2 * size_of::<ScenarioRecord>();
-        let refused = Err(WireError::Length { found: described + 8, described });
-        assert_eq!(Job::parse(bytes(&words)), refused);
     }
 
     #[test]
     fn each_damaged_field_is_named() {
         assert_eq!(with_header(|h| h.magic = 1), Err(WireError::Magic(1)));
-        assert_eq!(with_header(|h| h.version = 2), Err(WireError::Version(2)));
+        assert_eq!(with_header(|h| h.version = 1), Err(WireError::Version(1)));
         assert_eq!(with_header(|h| h.kind = 9), Err(WireError::Kind(9)));
-        assert!(matches!(with_header(|h| h.scenarios = 3), Err(WireError::Length { .. })));
-        assert!(matches!(with_header(|h| h.scenarios = u32::MAX), Err(WireError::Length { .. })));
+        assert!(matches!(with_header(|h| h.scenarios = 1), Err(WireError::Length { .. })));
+        assert!(matches!(with_header(|h| h.scenarios = 3), Err(WireError::Truncated { .. })));
+        assert!(matches!(
+            with_header(|h| h.scenarios = u32::MAX),
+            Err(WireError::Truncated { .. })
+        ));
         assert!(matches!(with_header(|h| h.send_pairs = 2), Err(WireError::Field { .. })));
-        assert!(matches!(with_header(|h| h.reserved[1] = 1), Err(WireError::Field { .. })));
-        assert!(matches!(with_header(|h| h.kind = TERMINATE), Err(WireError::Field { .. })));
+        assert!(matches!(with_header(|h| h.send_costs = 2), Err(WireError::Field { .. })));
+        assert!(matches!(with_header(|h| h.from_roots = 2), Err(WireError::Field { .. })));
+        for kind in [TERMINATE, ADD_TREE, ADD_SUBTREE, REMOVE_TREE] {
+            assert!(matches!(with_header(|h| h.kind = kind), Err(WireError::Field { .. })));
+        }
+    }
+
+    #[test]
+    fn root_pairs_that_are_not_announced_are_refused() {
+        let record = ScenarioRecord::with_root_pairs(3, Pose::IDENTITY, 1);
+        let header = JobHeader::scenarios(7, [4, 5], 1, false, WANTED);
+        let refused = Err(WireError::Field { field: "root pairs", value: 1 });
+        assert_eq!(Job::parse(bytes(&words(&header, &[record], &[[0, 0]]))), refused);
     }
 
     #[test]
@@ -203,17 +388,19 @@ mod tests {
     proptest! {
         #[test]
         fn damaged_bytes_never_panic_and_never_yield_more_than_they_hold(
-            damage in prop::collection::vec((0_usize..30 * 8, any::<u8>()), 1..8),
-            length in 0_usize..=30 * 8,
+            damage in prop::collection::vec((0_usize..47 * 8, any::<u8>()), 1..8),
+            length in 0_usize..=47 * 8,
         ) {
-            let mut words = batch(&[3, 4]);
+            let mut words = rooted_batch();
             let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut words);
             for (at, value) in damage {
                 bytes[at] = value;
             }
-            if let Ok(Job::Scenarios { scenarios, .. }) = Job::parse(&bytes[..length]) {
-                prop_assert_eq!(Job::batch_bytes(scenarios.len() as u32), length);
-                prop_assert!(scenarios.windows(2).all(|w| w[0].scenario < w[1].scenario));
+            if let Ok(Job::Scenarios(batch)) = Job::parse(&bytes[..length]) {
+                let pairs = batch.iter().map(|(_, roots)| roots.map_or(0, <[_]>::len)).sum();
+                prop_assert_eq!(Job::batch_bytes(batch.len(), pairs), length);
+                let numbers: Vec<_> = batch.iter().map(|(s, _)| s.scenario).collect();
+                prop_assert!(numbers.windows(2).all(|w| w[0] < w[1]));
             }
         }
     }

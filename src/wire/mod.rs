@@ -1,17 +1,27 @@
 //! Messages between master and workers as plain old data: parse = validate once, then view.
 //!
 //! Both ends are the same executable on the same machine, so numbers are in native byte order; the
-//! magic number tells a foreign order apart. Every message starts with a header of 32 bytes, and
-//! its length follows from the header exactly. A buffer from another process is looked at only
-//! through [`Job::parse`] and [`Reply::parse`].
+//! magic number tells a foreign order apart. Every message starts with a header, and its length
+//! follows from the header exactly, but for those that carry a body of another format. A buffer from
+//! another process is looked at only through [`Job::parse`] and [`Reply::parse`].
 
+mod in_place;
 mod job;
 mod reply;
 
-pub use job::{Job, JobHeader, ScenarioRecord};
-pub use reply::{AnswerRecord, AnswerStatus, Reply, ReplyHeader, TreeHashes};
+pub use in_place::InPlaceTree;
+pub use job::{Batch, Job, JobHeader, ScenarioRecord};
+pub use reply::{AnswerRecord, AnswerStatus, CostRecord, Reply, ReplyHeader, TreeRecord};
 
-const VERSION: u16 = 1;
+const VERSION: u16 = 2;
+
+/// What answers carry beside the number of pairs and their hash.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Wanted {
+    pub pairs: bool,
+    /// A [`CostRecord`] a scenario.
+    pub costs: bool,
+}
 
 /// What is wrong with a message.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -54,6 +64,18 @@ fn records<R: bytemuck::AnyBitPattern>(bytes: &[u8], count: u32) -> Result<&[R],
         return Err(WireError::Length { found: bytes.len(), described });
     }
     bytemuck::try_cast_slice(bytes).map_err(|_| WireError::Alignment)
+}
+
+/// As many records as there should be, and what comes after them.
+fn split_records<R: bytemuck::AnyBitPattern>(
+    bytes: &[u8],
+    count: u32,
+) -> Result<(&[R], &[u8]), WireError> {
+    let needed = (count as usize).saturating_mul(size_of::<R>());
+    let (these, rest) = bytes
+        .split_at_checked(needed)
+        .ok_or(WireError::Truncated { found: bytes.len(), needed })?;
+    Ok((records::<R>(these, count)?, rest))
 }
 
 fn ascending(scenarios: impl Iterator<Item = u32>) -> Result<(), WireError> {

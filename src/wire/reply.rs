@@ -2,12 +2,14 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use super::{VERSION, WireError, ascending, flag, records, split_header, zero};
+use super::{VERSION, WireError, ascending, flag, records, split_header, split_records, zero};
+use crate::tree::Counts;
 use crate::tree::descent::Pair;
 
 const MAGIC: u32 = u32::from_le_bytes(*b"bANS");
 const READY: u16 = 1;
 const ANSWERS: u16 = 2;
+const TREE: u16 = 3;
 
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -22,15 +24,24 @@ pub struct ReplyHeader {
     pairs: u32,
     /// 1: this message ends the task.
     last: u32,
-    reserved: u32,
+    /// 1: after the records, and before the pairs, there is a [`CostRecord`] for each of them.
+    costs: u32,
 }
 
-/// The trees that a worker has validated: [`crate::tree::TreeView::hash`] of each.
+/// A tree that a worker has taken and validated.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
-pub struct TreeHashes {
-    pub fixed: u64,
-    pub moving: u64,
+pub struct TreeRecord {
+    pub tree: u32,
+    reserved: u32,
+    /// [`crate::tree::TreeView::hash`]
+    pub hash: u64,
+}
+
+impl TreeRecord {
+    pub fn new(tree: u32, hash: u64) -> Self {
+        Self { tree, reserved: 0, hash }
+    }
 }
 
 /// The answer to one scenario, or, if its pairs do not fit into one message, a part of it.
@@ -51,8 +62,19 @@ pub struct AnswerRecord {
     pub compute_ns: u64,
 }
 
+/// What one scenario took: N_b and N_p of the paper's cost equation, and its T_total (section 3).
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct CostRecord {
+    pub counts: Counts,
+    /// Processor time of the descent alone, in nanoseconds: without sorting and hashing its pairs,
+    /// and without what else ran on the core meanwhile.
+    pub descent_ns: u64,
+}
+
+const _: () = assert!(size_of::<CostRecord>() == 32 && align_of::<CostRecord>() == 8);
 const _: () = assert!(size_of::<ReplyHeader>() == 32 && align_of::<ReplyHeader>() == 8);
-const _: () = assert!(size_of::<TreeHashes>() == 16 && align_of::<TreeHashes>() == 8);
+const _: () = assert!(size_of::<TreeRecord>() == 16 && align_of::<TreeRecord>() == 8);
 const _: () = assert!(size_of::<AnswerRecord>() == 40 && align_of::<AnswerRecord>() == 8);
 
 const ANSWERED: u32 = 0;
@@ -109,17 +131,30 @@ impl ReplyHeader {
     pub fn answers(task: u64, answers: u32, pairs: u32, last: bool) -> Self {
         Self { kind: ANSWERS, task, answers, pairs, last: last.into(), ..Self::ready() }
     }
+
+    /// Of a message with one [`TreeRecord`].
+    pub fn tree() -> Self {
+        Self { kind: TREE, ..Self::ready() }
+    }
+
+    pub fn with_costs(self, costs: bool) -> Self {
+        Self { costs: costs.into(), ..self }
+    }
 }
 
 /// A validated message from a worker.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reply<'a> {
-    Ready(TreeHashes),
-    /// Scenario numbers ascend; `pairs` are those of all answers, one after the other.
+    Ready,
+    /// It has taken a tree.
+    Tree(TreeRecord),
+    /// Scenario numbers ascend; `costs` are those of all answers, or none; `pairs` are those of all
+    /// answers, one after the other.
     Answers {
         task: u64,
         last: bool,
         answers: &'a [AnswerRecord],
+        costs: &'a [CostRecord],
         pairs: &'a [Pair],
     },
 }
@@ -133,26 +168,34 @@ impl<'a> Reply<'a> {
         if header.version != VERSION {
             return Err(WireError::Version(header.version));
         }
-        zero("reserved word", header.reserved)?;
         match header.kind {
-            READY => parse_ready(header, rest),
+            READY => {
+                only_kind(header)?;
+                records::<TreeRecord>(rest, 0).map(|_| Reply::Ready)
+            }
+            TREE => {
+                only_kind(header)?;
+                let record = records::<TreeRecord>(rest, 1)?[0];
+                zero("reserved word", record.reserved).map(|()| Reply::Tree(record))
+            }
             ANSWERS => parse_answers(header, rest),
             kind => Err(WireError::Kind(kind)),
         }
     }
 }
 
-fn parse_ready<'a>(header: &ReplyHeader, rest: &'a [u8]) -> Result<Reply<'a>, WireError> {
-    zero("answer count", header.answers | header.pairs | header.last)?;
-    Ok(Reply::Ready(records::<TreeHashes>(rest, 1)?[0]))
+fn only_kind(header: &ReplyHeader) -> Result<(), WireError> {
+    if header.task != 0 {
+        return Err(WireError::Field { field: "task", value: header.task });
+    }
+    zero("answer count", header.answers | header.pairs | header.last | header.costs)
 }
 
 fn parse_answers<'a>(header: &ReplyHeader, rest: &'a [u8]) -> Result<Reply<'a>, WireError> {
     let last = flag("last", header.last)?;
-    let needed = (header.answers as usize).saturating_mul(size_of::<AnswerRecord>());
-    let (answers, pairs) =
-        rest.split_at_checked(needed).ok_or(WireError::Truncated { found: rest.len(), needed })?;
-    let answers = records::<AnswerRecord>(answers, header.answers)?;
+    let costs = if flag("costs", header.costs)? { header.answers } else { 0 };
+    let (answers, rest) = split_records::<AnswerRecord>(rest, header.answers)?;
+    let (costs, pairs) = split_records::<CostRecord>(rest, costs)?;
     let pairs = records::<Pair>(pairs, header.pairs)?;
     ascending(answers.iter().map(|a| a.scenario))?;
     answers.iter().try_for_each(AnswerRecord::validate)?;
@@ -160,7 +203,7 @@ fn parse_answers<'a>(header: &ReplyHeader, rest: &'a [u8]) -> Result<Reply<'a>, 
     if carried != u64::from(header.pairs) {
         return Err(WireError::Field { field: "pair count", value: u64::from(header.pairs) });
     }
-    Ok(Reply::Answers { task: header.task, last, answers, pairs })
+    Ok(Reply::Answers { task: header.task, last, answers, costs, pairs })
 }
 
 #[cfg(test)]
@@ -189,6 +232,20 @@ mod tests {
         message(ReplyHeader::answers(42, 3, 3, true), &records(), &PAIRS)
     }
 
+    fn costs() -> [CostRecord; 3] {
+        let cost =
+            |boxes| CostRecord { counts: Counts { boxes, triangles: 3, exact: 1 }, descent_ns: 50 };
+        [4, 5, 6].map(cost)
+    }
+
+    fn good_with_costs() -> Vec<u64> {
+        let header = ReplyHeader::answers(42, 3, 3, true).with_costs(true);
+        let mut words = message(header, &records(), &[]);
+        words.extend_from_slice(bytemuck::cast_slice(&costs()));
+        words.extend(PAIRS.map(bytemuck::cast::<Pair, u64>));
+        words
+    }
+
     fn parse(words: &[u64]) -> Result<Reply<'_>, WireError> {
         Reply::parse(bytemuck::cast_slice(words))
     }
@@ -201,32 +258,41 @@ mod tests {
 
     #[test]
     fn answers_are_read_as_they_were_written() {
-        let expected = Reply::Answers { task: 42, last: true, answers: &records(), pairs: &PAIRS };
+        let (answers, costs) = (&records(), &costs());
+        let mut expected =
+            Reply::Answers { task: 42, last: true, answers, costs: &[], pairs: &PAIRS };
         assert_eq!(parse(&good()), Ok(expected));
+        expected = Reply::Answers { task: 42, last: true, answers, costs, pairs: &PAIRS };
+        assert_eq!(parse(&good_with_costs()), Ok(expected));
         assert_eq!(records()[2].status(), AnswerStatus::Overflow { triangle: 345 });
     }
 
     #[test]
-    fn ready_carries_the_hashes_of_both_trees() {
-        let hashes = TreeHashes { fixed: 5, moving: 6 };
-        let mut words =
-            bytemuck::cast_slice::<_, u64>(bytemuck::bytes_of(&ReplyHeader::ready())).to_vec();
-        assert!(parse(&words).is_err());
-        words.extend([5, 6]);
-        assert_eq!(parse(&words), Ok(Reply::Ready(hashes)));
-        words.push(0);
-        assert!(matches!(parse(&words), Err(WireError::Length { .. })));
+    fn ready_is_a_header_alone_and_a_tree_comes_with_its_hash() {
+        let words = |header: ReplyHeader, rest: &[u64]| {
+            let mut words = bytemuck::cast_slice::<_, u64>(bytemuck::bytes_of(&header)).to_vec();
+            words.extend(rest);
+            words
+        };
+        assert_eq!(parse(&words(ReplyHeader::ready(), &[])), Ok(Reply::Ready));
+        assert!(parse(&words(ReplyHeader::ready(), &[0])).is_err());
+        let tree = words(ReplyHeader::tree(), &[7, 1234]);
+        assert_eq!(parse(&tree), Ok(Reply::Tree(TreeRecord::new(7, 1234))));
+        assert!(parse(&words(ReplyHeader::tree(), &[7])).is_err());
+        assert!(parse(&words(ReplyHeader::tree(), &[7 << 32, 1234])).is_err(), "reserved");
+        assert!(parse(&words(ReplyHeader::tree(), &[7, 1234, 0])).is_err());
     }
 
     #[test]
     fn every_truncation_and_every_extra_byte_is_refused() {
-        let mut words = good();
-        for length in 0..words.len() * 8 {
-            let bytes = &bytemuck::cast_slice::<_, u8>(&words)[..length];
-            assert!(Reply::parse(bytes).is_err(), "{length} bytes");
+        for mut words in [good(), good_with_costs()] {
+            for length in 0..words.len() * 8 {
+                let bytes = &bytemuck::cast_slice::<_, u8>(&words)[..length];
+                assert!(Reply::parse(bytes).is_err(), "{length} bytes");
+            }
+            words.push(0);
+            assert!(matches!(parse(&words), Err(WireError::Length { .. })));
         }
-        words.push(0);
-        assert!(matches!(parse(&words), Err(WireError::Length { .. })));
     }
 
     #[test]
@@ -238,10 +304,12 @@ mod tests {
         };
         assert_eq!(refused(|h| h.magic = 1), WireError::Magic(1));
         assert_eq!(refused(|h| h.version = 9), WireError::Version(9));
-        assert_eq!(refused(|h| h.kind = 3), WireError::Kind(3));
+        assert_eq!(refused(|h| h.kind = 4), WireError::Kind(4));
+        assert!(matches!(refused(|h| h.kind = TREE), WireError::Field { .. }));
         assert!(matches!(refused(|h| h.kind = READY), WireError::Field { .. }));
         assert!(matches!(refused(|h| h.last = 2), WireError::Field { field: "last", .. }));
-        assert!(matches!(refused(|h| h.reserved = 1), WireError::Field { .. }));
+        assert!(matches!(refused(|h| h.costs = 2), WireError::Field { field: "costs", .. }));
+        assert!(matches!(refused(|h| h.costs = 1), WireError::Truncated { .. }));
         assert!(matches!(refused(|h| h.answers = 2), WireError::Length { .. }));
         assert!(matches!(refused(|h| h.answers = 4), WireError::Truncated { .. }));
         assert!(matches!(refused(|h| h.answers = u32::MAX), WireError::Truncated { .. }));
@@ -264,15 +332,16 @@ mod tests {
     proptest! {
         #[test]
         fn damaged_bytes_never_panic_and_never_yield_pairs_they_do_not_hold(
-            damage in prop::collection::vec((0_usize..22 * 8, any::<u8>()), 1..8),
-            length in 0_usize..=22 * 8,
+            damage in prop::collection::vec((0_usize..34 * 8, any::<u8>()), 1..8),
+            length in 0_usize..=34 * 8,
         ) {
-            let mut words = good();
+            let mut words = good_with_costs();
             let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut words);
             for (at, value) in damage {
                 bytes[at] = value;
             }
-            if let Ok(Reply::Answers { answers, pairs, .. }) = Reply::parse(&bytes[..length]) {
+            if let Ok(Reply::Answers { answers, costs, pairs, .. }) = Reply::parse(&bytes[..length]) {
+                prop_assert!(costs.is_empty() || costs.len() == answers.len());
                 let carried: usize = answers.iter().map(|a| a.pairs_here as usize).sum();
                 prop_assert_eq!(carried, pairs.len());
                 prop_assert!(answers.iter().all(|a| a.first_pair + a.pairs_here <= a.pair_count));
