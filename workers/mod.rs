@@ -1,24 +1,29 @@
-//! The worker process: the paper's remote client (section 6.4.2).
+//! The worker: the paper's remote client (section 6.4.2), as a process of its own or as a thread of
+//! the master.
 
+pub mod echo;
 mod remote_client;
 mod result_buffer;
+mod role;
+pub mod thread_clock;
+mod tree_store;
 
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::process::ExitCode;
+use std::str::FromStr;
 
-use crate::transport::shared_memory::SharedMemoryWorker;
-use crate::transport::{TransportError, WorkerEnd};
+use crate::transport::{Attached, GeometryInPlace, TransportError, WorkerEnd, attach};
+use crate::tree::ImageError;
 use crate::tree::descent::DescentError;
-use crate::tree::{Block, ImageError, TreeView};
-use crate::wire::{TreeHashes, WireError};
-use remote_client::TreePair;
-
-/// Numbers of the two meshes in the transport.
-pub const FIXED_MESH: u32 = 0;
-pub const MOVING_MESH: u32 = 1;
+use crate::tree::subtree::SubtreeError;
+use crate::wire::WireError;
+pub use role::Role;
+use tree_store::{Received, Shared};
 
 /// First argument of `worker`: process id of the master, without which a worker does not live.
 pub const MASTER_ARGUMENT: &str = "--master";
+/// Second argument: the worker's [`Role`].
+pub const ROLE_ARGUMENT: &str = "--role";
 
 #[derive(Debug, thiserror::Error)]
 pub enum WorkerError {
@@ -28,14 +33,16 @@ pub enum WorkerError {
     MasterGone,
     #[error(transparent)]
     Transport(#[from] TransportError),
-    #[error("a batch from the master: {0}")]
+    #[error("a message from the master: {0}")]
     Wire(#[from] WireError),
-    #[error("tree {mesh}: {source}")]
-    Image { mesh: u32, source: ImageError },
+    #[error("tree {tree}: {source}")]
+    Image { tree: u32, source: ImageError },
+    #[error("tree {tree}: {source}")]
+    Subtree { tree: u32, source: SubtreeError },
+    #[error("tree {0} is not here, or was added before")]
+    Tree(u32),
     #[error(transparent)]
     Descent(#[from] DescentError),
-    #[error("tree {mesh} is not a whole number of blocks on a block's boundary")]
-    Blocks { mesh: u32 },
 }
 
 /// Runs `bumper worker ARGUMENTS…`, whose arguments are what the client manager passes.
@@ -50,13 +57,22 @@ pub fn main(arguments: &[OsString]) -> ExitCode {
 }
 
 fn run(arguments: &[OsString]) -> Result<(), WorkerError> {
-    let [key, master, attach @ ..] = arguments else { return Err(WorkerError::Usage) };
-    let master = master.to_str().and_then(|pid| pid.parse().ok());
-    match master {
-        Some(master) if key == MASTER_ARGUMENT => live_and_die_with(master)?,
-        _ => return Err(WorkerError::Usage),
+    let [master_key, master, role_key, role, arguments @ ..] = arguments else {
+        return Err(WorkerError::Usage);
+    };
+    if master_key != MASTER_ARGUMENT || role_key != ROLE_ARGUMENT {
+        return Err(WorkerError::Usage);
     }
-    serve(SharedMemoryWorker::attach(attach)?)
+    live_and_die_with(number(master)?)?;
+    let role = number(role)?;
+    match attach(arguments)? {
+        Attached::SharedMemory(transport) => serve_in_place(transport, role),
+        Attached::Stream(transport) => serve_received(transport, role),
+    }
+}
+
+fn number<T: FromStr>(text: &OsStr) -> Result<T, WorkerError> {
+    text.to_str().and_then(|text| text.parse().ok()).ok_or(WorkerError::Usage)
 }
 
 /// Ctrl-C is the master's business, and the kernel ends this process when the master ends.
@@ -71,17 +87,25 @@ fn live_and_die_with(master: i32) -> Result<(), WorkerError> {
     if parent == master { Ok(()) } else { Err(WorkerError::MasterGone) }
 }
 
-fn serve<W: WorkerEnd>(mut transport: W) -> Result<(), WorkerError> {
-    let fixed = transport.geometry(FIXED_MESH)?;
-    let moving = transport.geometry(MOVING_MESH)?;
-    let (fixed, moving) = (view(FIXED_MESH, &fixed)?, view(MOVING_MESH, &moving)?);
-    let hashes = TreeHashes { fixed: fixed.hash(), moving: moving.hash() };
-    remote_client::serve(&mut transport, hashes, &mut TreePair::new(fixed, moving))
+/// Works on trees that lie where the master published them, until it is told to end.
+pub fn serve_in_place<W: GeometryInPlace>(mut transport: W, role: Role) -> Result<(), WorkerError> {
+    match role {
+        Role::Compute(slowdown) => {
+            remote_client::serve(&mut transport, &mut Shared::<W::Geometry>::default(), slowdown)
+        }
+        Role::Echo { core } => {
+            let mut place = echo::InPlace::<W::Geometry>(None);
+            echo::serve(&mut transport, &mut place, core)
+        }
+    }
 }
 
-/// The tree where it lies, validated.
-fn view(mesh: u32, image: &[u8]) -> Result<TreeView<'_>, WorkerError> {
-    let blocks: &[Block] =
-        bytemuck::try_cast_slice(image).map_err(|_| WorkerError::Blocks { mesh })?;
-    TreeView::new(blocks).map_err(|source| WorkerError::Image { mesh, source })
+/// Works on subtrees that it was sent, until it is told to end.
+pub fn serve_received<W: WorkerEnd>(mut transport: W, role: Role) -> Result<(), WorkerError> {
+    match role {
+        Role::Compute(slowdown) => {
+            remote_client::serve(&mut transport, &mut Received::default(), slowdown)
+        }
+        Role::Echo { core } => echo::serve(&mut transport, &mut echo::Nowhere, core),
+    }
 }

@@ -1,7 +1,7 @@
 //! Collects answers; sent when filled to capacity and at the end of a task (section 6.4.2).
 
 use crate::tree::descent::Pair;
-use crate::wire::{AnswerRecord, ReplyHeader};
+use crate::wire::{AnswerRecord, CostRecord, ReplyHeader};
 
 /// Answers of one task that have not been sent yet.
 pub struct ResultBuffer {
@@ -9,30 +9,35 @@ pub struct ResultBuffer {
     /// Longest message, in bytes.
     capacity: usize,
     answers: Vec<AnswerRecord>,
+    /// One an answer, or none.
+    costs: Vec<CostRecord>,
     pairs: Vec<Pair>,
 }
 
 impl ResultBuffer {
     pub fn new(task: u64, capacity: usize) -> Self {
-        Self { task, capacity, answers: Vec::new(), pairs: Vec::new() }
+        Self { task, capacity, answers: Vec::new(), costs: Vec::new(), pairs: Vec::new() }
     }
 
-    /// Adds an answer; its pairs are split over as many messages as they need.
+    /// Adds an answer; its pairs are split over as many messages as they need. Either all answers
+    /// of a task come with their cost, or none.
     pub fn push<E>(
         &mut self,
         mut answer: AnswerRecord,
+        cost: Option<CostRecord>,
         mut pairs: &[Pair],
         send: &mut impl FnMut(&[&[u8]]) -> Result<(), E>,
     ) -> Result<(), E> {
+        let records = size_of::<AnswerRecord>() + cost.map_or(0, |_| size_of::<CostRecord>());
         loop {
-            let room = self.free_bytes().saturating_sub(size_of::<AnswerRecord>());
+            let room = self.free_bytes().saturating_sub(records);
             let fitting = (room / size_of::<Pair>()).min(pairs.len());
-            let fits_anything =
-                self.free_bytes() >= size_of::<AnswerRecord>() && (fitting > 0 || pairs.is_empty());
+            let fits_anything = self.free_bytes() >= records && (fitting > 0 || pairs.is_empty());
             if fits_anything {
                 let (here, rest) = pairs.split_at(fitting);
                 answer.pairs_here = fitting as u32;
                 self.answers.push(answer);
+                self.costs.extend(cost);
                 self.pairs.extend_from_slice(here);
                 answer.first_pair += answer.pairs_here;
                 pairs = rest;
@@ -44,6 +49,11 @@ impl ResultBuffer {
         }
     }
 
+    /// Sends what there is.
+    pub fn flush<E>(&mut self, send: &mut impl FnMut(&[&[u8]]) -> Result<(), E>) -> Result<(), E> {
+        self.send(false, send)
+    }
+
     /// Sends what is left and says that it ends the task.
     pub fn finish<E>(mut self, send: &mut impl FnMut(&[&[u8]]) -> Result<(), E>) -> Result<(), E> {
         self.send(true, send)
@@ -53,6 +63,7 @@ impl ResultBuffer {
         self.capacity
             - size_of::<ReplyHeader>()
             - size_of_val(&self.answers[..])
+            - size_of_val(&self.costs[..])
             - size_of_val(&self.pairs[..])
     }
 
@@ -62,13 +73,16 @@ impl ResultBuffer {
         send: &mut impl FnMut(&[&[u8]]) -> Result<(), E>,
     ) -> Result<(), E> {
         let (answers, pairs) = (self.answers.len() as u32, self.pairs.len() as u32);
-        let header = ReplyHeader::answers(self.task, answers, pairs, last);
+        let header = ReplyHeader::answers(self.task, answers, pairs, last)
+            .with_costs(!self.costs.is_empty());
         send(&[
             bytemuck::bytes_of(&header),
             bytemuck::cast_slice(&self.answers),
+            bytemuck::cast_slice(&self.costs),
             bytemuck::cast_slice(&self.pairs),
         ])?;
         self.answers.clear();
+        self.costs.clear();
         self.pairs.clear();
         Ok(())
     }
@@ -81,13 +95,18 @@ mod tests {
     use super::*;
     use crate::wire::Reply;
 
+    fn cost(scenario: u32) -> CostRecord {
+        CostRecord { descent_ns: 10 + u64::from(scenario), ..Default::default() }
+    }
+
     proptest! {
         /// Whatever the sizes: messages within capacity, all valid, and joined they give back
         /// every answer with all its pairs.
         #[test]
         fn messages_keep_to_the_capacity_and_lose_nothing(
             counts in prop::collection::vec(0_u32..40, 0..12),
-            capacity in 80_usize..400,
+            capacity in 112_usize..400,
+            with_costs: bool,
         ) {
             let mut messages = Vec::new();
             let mut send = |parts: &[&[u8]]| {
@@ -98,7 +117,8 @@ mod tests {
             let pairs_of = |scenario: u32, count: u32| (0..count).map(move |n| [scenario, n]);
             for (scenario, &count) in (0..).zip(&counts) {
                 let pairs: Vec<_> = pairs_of(scenario, count).collect();
-                buffer.push(AnswerRecord::answered(scenario, count, 0, 0), &pairs, &mut send).unwrap();
+                let answer = AnswerRecord::answered(scenario, count, 0, 0);
+                buffer.push(answer, with_costs.then(|| cost(scenario)), &pairs, &mut send).unwrap();
             }
             buffer.finish(&mut send).unwrap();
 
@@ -108,9 +128,11 @@ mod tests {
                 prop_assert!(message.len() <= capacity);
                 let words = message.chunks_exact(8).map(|word| word.try_into().unwrap());
                 let words: Vec<u64> = words.map(u64::from_ne_bytes).collect();
-                let Reply::Answers { task: 3, last, answers, mut pairs } =
+                let Reply::Answers { task: 3, last, answers, costs, mut pairs } =
                     Reply::parse(bytemuck::cast_slice(&words)).unwrap() else { panic!() };
                 prop_assert_eq!(last, index + 1 == messages.len());
+                let expected = answers.iter().filter(|_| with_costs).map(|a| cost(a.scenario));
+                prop_assert!(costs.iter().copied().eq(expected));
                 for answer in answers {
                     let (here, rest) = pairs.split_at(answer.pairs_here as usize);
                     let target: &mut Vec<Pair> = &mut joined[answer.scenario as usize];

@@ -14,8 +14,13 @@ pub fn contacts(
 ) -> Result<(), DescentError> {
     pairs.clear();
     descent.all_pairs(fixed, moving, pose, pairs)?;
-    pairs.sort_unstable_by_key(|&[a, b]| u64::from(a) << 32 | u64::from(b));
+    sort(pairs);
     Ok(())
+}
+
+/// By triangle of the fixed mesh, then of the moving one.
+pub fn sort(pairs: &mut [Pair]) {
+    pairs.sort_unstable_by_key(|&[a, b]| u64::from(a) << 32 | u64::from(b));
 }
 
 /// 64-bit FNV-1a over sorted pairs, each two little-endian u32.

@@ -1,0 +1,128 @@
+//! The trees that a worker has: in place, or received subtree by subtree.
+
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+use std::ops::Deref;
+use std::rc::{Rc, Weak};
+
+use super::WorkerError;
+use crate::transport::{GeometryInPlace, TransportError, WorkerEnd};
+use crate::tree::roots::CutTree;
+use crate::tree::subtree::PartialTree;
+use crate::tree::{KeptTree, TreeView};
+use crate::wire::InPlaceTree;
+
+pub trait TreeStore<W> {
+    /// The body is that of the message that adds the tree. Returns the hash of its image.
+    fn add(&mut self, transport: &mut W, tree: u32, body: &[u8]) -> Result<u64, WorkerError>;
+
+    /// The body is that of the message that adds the subtree.
+    fn add_subtree(&mut self, tree: u32, body: &[u8]) -> Result<(), WorkerError>;
+
+    fn remove(&mut self, tree: u32) -> Result<(), WorkerError>;
+
+    fn whole(&self, tree: u32) -> Result<TreeView<'_>, WorkerError>;
+
+    fn cut(&self, tree: u32) -> Result<CutTree<'_>, WorkerError>;
+}
+
+/// Trees that lie where the master published them. A mesh that is cut in two ways is two trees,
+/// which lie in one place.
+pub struct Shared<G> {
+    trees: BTreeMap<u32, KeptTree<Image<G>>>,
+    meshes: BTreeMap<u32, Weak<G>>,
+}
+
+/// Bytes that all trees of a mesh are in.
+#[derive(Debug)]
+struct Image<G>(Rc<G>);
+
+impl<G: Deref<Target = [u8]>> Deref for Image<G> {
+    type Target = [u8];
+
+    fn deref(&self) -> &[u8] {
+        &self.0
+    }
+}
+
+impl<G> Default for Shared<G> {
+    fn default() -> Self {
+        Self { trees: BTreeMap::new(), meshes: BTreeMap::new() }
+    }
+}
+
+impl<G> Shared<G> {
+    fn image<W>(&mut self, transport: &mut W, mesh: u32) -> Result<Image<G>, TransportError>
+    where
+        W: GeometryInPlace<Geometry = G>,
+    {
+        if let Some(image) = self.meshes.get(&mesh).and_then(Weak::upgrade) {
+            return Ok(Image(image));
+        }
+        let image = Rc::new(transport.geometry(mesh)?);
+        self.meshes.insert(mesh, Rc::downgrade(&image));
+        Ok(Image(image))
+    }
+}
+
+impl<W: GeometryInPlace> TreeStore<W> for Shared<W::Geometry> {
+    fn add(&mut self, transport: &mut W, tree: u32, body: &[u8]) -> Result<u64, WorkerError> {
+        let place = InPlaceTree::parse(body)?;
+        let image = self.image(transport, place.mesh)?;
+        match self.trees.entry(tree) {
+            Entry::Occupied(_) => Err(WorkerError::Tree(tree)),
+            Entry::Vacant(free) => {
+                let kept = KeptTree::new(image, place.cut);
+                let kept = kept.map_err(|source| WorkerError::Image { tree, source })?;
+                Ok(free.insert(kept).view().hash())
+            }
+        }
+    }
+
+    fn add_subtree(&mut self, tree: u32, _body: &[u8]) -> Result<(), WorkerError> {
+        Err(WorkerError::Tree(tree))
+    }
+
+    fn remove(&mut self, tree: u32) -> Result<(), WorkerError> {
+        self.trees.remove(&tree).map(drop).ok_or(WorkerError::Tree(tree))
+    }
+
+    fn whole(&self, tree: u32) -> Result<TreeView<'_>, WorkerError> {
+        self.trees.get(&tree).map(KeptTree::view).ok_or(WorkerError::Tree(tree))
+    }
+
+    fn cut(&self, tree: u32) -> Result<CutTree<'_>, WorkerError> {
+        self.trees.get(&tree).map(KeptTree::cut).ok_or(WorkerError::Tree(tree))
+    }
+}
+
+/// Trees of which the master has sent what was needed so far.
+#[derive(Default)]
+pub struct Received(BTreeMap<u32, PartialTree>);
+
+impl<W: WorkerEnd> TreeStore<W> for Received {
+    fn add(&mut self, _transport: &mut W, tree: u32, body: &[u8]) -> Result<u64, WorkerError> {
+        let subtree = |source| WorkerError::Subtree { tree, source };
+        match self.0.entry(tree) {
+            Entry::Occupied(_) => Err(WorkerError::Tree(tree)),
+            Entry::Vacant(free) => Ok(free.insert(PartialTree::new(body).map_err(subtree)?).hash()),
+        }
+    }
+
+    fn add_subtree(&mut self, tree: u32, body: &[u8]) -> Result<(), WorkerError> {
+        let partial = self.0.get_mut(&tree).ok_or(WorkerError::Tree(tree))?;
+        partial.add(body).map(drop).map_err(|source| WorkerError::Subtree { tree, source })
+    }
+
+    fn remove(&mut self, tree: u32) -> Result<(), WorkerError> {
+        self.0.remove(&tree).map(drop).ok_or(WorkerError::Tree(tree))
+    }
+
+    fn whole(&self, tree: u32) -> Result<TreeView<'_>, WorkerError> {
+        Err(WorkerError::Tree(tree))
+    }
+
+    fn cut(&self, tree: u32) -> Result<CutTree<'_>, WorkerError> {
+        self.0.get(&tree).map(PartialTree::cut_tree).ok_or(WorkerError::Tree(tree))
+    }
+}
