@@ -35,6 +35,7 @@
 
 pub mod cli;
 pub mod effects;
+pub mod experiment;
 pub mod geometry;
 pub mod mesh;
 pub mod report;

@@ -9,6 +9,7 @@ use bumper::mesh::{MeshSource, TriangleMesh};
 use bumper::scene::random::{self, RandomError, RandomScenarios};
 use bumper::scene::{Penetration, Scenarios, Scene, WorkerCount, read_poses};
 use bumper::tree::descent::Descent;
+use bumper::tree::roots::Cut;
 use bumper::tree::{BuildOptions, TreeKind, build};
 
 const MINIMAL: &str = r#"version = 1
@@ -28,7 +29,8 @@ fn parse(text: &str) -> Result<Scene, String> {
 fn a_minimal_scene_gets_the_papers_defaults() {
     let scene = parse(MINIMAL).unwrap();
     assert_eq!(scene.fixed.mesh, MeshSource::File("folder/a.stl".into()));
-    assert_eq!((scene.fixed.depth.get(), scene.moving.depth.get()), (12, 6));
+    let cuts = [scene.fixed, scene.moving].map(|body| body.distribution.cut());
+    assert_eq!(cuts, [Cut::Depth(12), Cut::Depth(6)]);
     assert_eq!(scene.tree, TreeKind::Wide);
     assert_eq!(scene.engine.workers, None);
     assert_eq!(scene.engine.buffer_scenarios.get(), 20);
@@ -43,6 +45,14 @@ fn absolute_paths_and_built_in_vehicles_are_not_relative_to_the_scene() {
     assert_eq!(scene.fixed.mesh, MeshSource::File("/models/a.stl".into()));
     let scene = parse(&MINIMAL.replace("a.stl", "builtin:car")).unwrap();
     assert!(matches!(scene.fixed.mesh, MeshSource::Builtin(_)));
+}
+
+#[test]
+fn a_tree_is_cut_by_depth_or_by_triangles() {
+    let by_triangles = "\"a.stl\"\nsubtree_triangles = 2000";
+    let scene = parse(&MINIMAL.replace("\"a.stl\"", by_triangles)).unwrap();
+    assert_eq!(scene.fixed.distribution.cut(), Cut::Triangles(2000));
+    assert_eq!(scene.moving.distribution.cut(), Cut::Depth(6));
 }
 
 #[test]
@@ -82,8 +92,24 @@ fn scene_errors_name_file_line_key_and_what_to_do() {
         ("\"a.stl\"", "\"builtin:tank\"", "test.toml:3: `fixed.mesh`: "),
         ("\"a.stl\"", "\"a.stl\"\ndepth = -1", "test.toml:4: `fixed.depth`: -1 is not a tree"),
         ("\"a.stl\"", "\"a.stl\"\ndepth = 99", "from 0 to 24"),
+        ("\"a.stl\"", "\"a.stl\"\nsubtree_triangles = 0", "`fixed.subtree_triangles`: 0 is not"),
+        (
+            "\"a.stl\"",
+            "\"a.stl\"\ndepth = 3\nsubtree_triangles = 9",
+            "test.toml:5: `fixed.subtree_triangles`: is given beside `fixed.depth`",
+        ),
         ("[scenarios]", "[engine]\nworkers = 0\n[scenarios]", "test.toml:7: `engine.workers`: 0"),
-        ("[scenarios]", "[engine]\nbuffer_scenarios = 0\n[scenarios]", "`engine.buffer_scenarios`"),
+        ("[scenarios]", "[engine]\nbuffer.scenarios = 0\n[scenarios]", "`engine.buffer.scenarios`"),
+        ("[scenarios]", "[engine]\nbuffer.kilobytes = 0\n[scenarios]", "`engine.buffer.kilobytes`"),
+        ("[scenarios]", "[engine]\nrestarts = -1\n[scenarios]", "-1 is not a number of restarts"),
+        (
+            "[scenarios]",
+            "[engine]\npatience_s = 0.0\n[scenarios]",
+            "`engine.patience_s`: 0 is not a",
+        ),
+        ("[scenarios]", "[engine]\nslowdowns = [1.0, 0.5]\n[scenarios]", "0.5 is not a slowdown"),
+        ("[scenarios]", "[engine]\ntransport = 'pigeon'\n[scenarios]", "unknown variant"),
+        ("[scenarios]", "[engine]\nmatchmaker = 'worst'\n[scenarios]", "unknown variant"),
         ("[scenarios]", "[tree]\nkind = 'sphere'\n[scenarios]", "`tree.kind`: unknown variant"),
         ("[fixed]", "[fixed", "test.toml:2: "),
     ];

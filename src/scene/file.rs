@@ -1,16 +1,16 @@
 //! The scene file: TOML as written, then checked value by value into a [`Scene`].
 
 use std::fmt::Display;
-use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 use toml::Spanned;
 
 use super::random::RandomScenarios;
-use super::values::positive;
+use super::values::{buffer_kilobytes, buffer_scenarios, patience, positive, restarts};
 use super::{
-    Body, DistributionDepth, Engine, Penetration, Scenarios, Scene, SceneError, WorkerCount,
+    Body, Distribution, EngineOptions, MatchRule, Penetration, Scenarios, Scene, SceneError,
+    Slowdown, StartFrom, Transport, WorkerCount,
 };
 use crate::mesh::MeshSource;
 use crate::tree::TreeKind;
@@ -19,9 +19,6 @@ use crate::tree::TreeKind;
 pub const DEFAULT_SCENE: &str = include_str!("../../config/default.toml");
 
 const VERSION: i64 = 1;
-
-/// q of the paper's experiments (section 7.4).
-const BUFFER_SCENARIOS: NonZeroU32 = NonZeroU32::new(20).unwrap();
 
 #[derive(Deserialize)]
 struct AnyVersion {
@@ -47,6 +44,7 @@ struct SceneFile {
 struct BodyFile {
     mesh: Spanned<String>,
     depth: Option<Spanned<i64>>,
+    subtree_triangles: Option<Spanned<i64>>,
 }
 
 #[derive(Default, Deserialize)]
@@ -74,7 +72,23 @@ struct RandomFile {
 #[serde(deny_unknown_fields)]
 struct EngineFile {
     workers: Option<Spanned<i64>>,
-    buffer_scenarios: Option<Spanned<i64>>,
+    transport: Option<Transport>,
+    matchmaker: Option<MatchRule>,
+    match_seed: Option<Spanned<i64>>,
+    #[serde(default)]
+    buffer: BufferFile,
+    start_from: Option<StartFrom>,
+    restarts: Option<Spanned<i64>>,
+    patience_s: Option<Spanned<f64>>,
+    #[serde(default)]
+    slowdowns: Vec<Spanned<f64>>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BufferFile {
+    scenarios: Option<Spanned<i64>>,
+    kilobytes: Option<Spanned<i64>>,
 }
 
 impl Scene {
@@ -98,8 +112,8 @@ impl Scene {
         source.check_version()?;
         let file = toml::from_str::<SceneFile>(text).map_err(|e| source.syntax_error(&e))?;
         Ok(Self {
-            fixed: source.body("fixed", &file.fixed, DistributionDepth::FIXED)?,
-            moving: source.body("moving", &file.moving, DistributionDepth::MOVING)?,
+            fixed: source.body("fixed", &file.fixed, Distribution::FIXED)?,
+            moving: source.body("moving", &file.moving, Distribution::MOVING)?,
             tree: file.tree.kind.unwrap_or_default(),
             scenarios: source.scenarios(&file.scenarios)?,
             engine: source.engine(&file.engine)?,
@@ -131,21 +145,31 @@ impl Source<'_> {
         Err(self.invalid(version.span().start, "version", reason))
     }
 
-    fn body(
-        &self,
-        key: &str,
-        file: &BodyFile,
-        default_depth: DistributionDepth,
-    ) -> Result<Body, SceneError> {
+    fn body(&self, key: &str, file: &BodyFile, default: Distribution) -> Result<Body, SceneError> {
         let mesh = file.mesh.get_ref().parse::<MeshSource>();
         let mesh = mesh.map_err(|e| self.wrong(&file.mesh, &format!("{key}.mesh"), e))?;
-        let depth = self.checked(
-            file.depth.as_ref(),
-            &format!("{key}.depth"),
-            default_depth,
-            DistributionDepth::new,
-        )?;
-        Ok(Body { mesh: self.resolve_mesh(mesh), depth })
+        let distribution = self.distribution(key, file)?.unwrap_or(default);
+        Ok(Body { mesh: self.resolve_mesh(mesh), distribution })
+    }
+
+    fn distribution(&self, key: &str, file: &BodyFile) -> Result<Option<Distribution>, SceneError> {
+        let [depth_key, triangles_key] =
+            ["depth", "subtree_triangles"].map(|name| format!("{key}.{name}"));
+        match (&file.depth, &file.subtree_triangles) {
+            (None, None) => Ok(None),
+            (depth, None) => {
+                let at_depth = |depth| Distribution::at_depth(depth).map(Some);
+                self.checked(depth.as_ref(), &depth_key, None, at_depth)
+            }
+            (None, triangles) => {
+                let by_triangles = |most| Distribution::by_triangles(most).map(Some);
+                self.checked(triangles.as_ref(), &triangles_key, None, by_triangles)
+            }
+            (Some(_), Some(triangles)) => {
+                let reason = format!("is given beside `{depth_key}`: keep the one that is meant");
+                Err(self.wrong(triangles, &triangles_key, reason))
+            }
+        }
     }
 
     fn scenarios(&self, file: &Spanned<ScenariosFile>) -> Result<Scenarios, SceneError> {
@@ -169,9 +193,7 @@ impl Source<'_> {
         let count = |n| positive(n, "a number of scenarios", i64::from(u32::MAX));
         let count = count(*file.count.get_ref())
             .map_err(|e| self.wrong(&file.count, "scenarios.random.count", e))?;
-        let seed = self.checked(file.seed.as_ref(), "scenarios.random.seed", 1, |n| {
-            u64::try_from(n).map_err(|_| format!("{n} is negative: a seed is 0 or more"))
-        })?;
+        let seed = self.checked(file.seed.as_ref(), "scenarios.random.seed", 1, seed)?;
         let penetration = self.checked(
             file.penetration.as_ref(),
             "scenarios.random.penetration",
@@ -181,17 +203,57 @@ impl Source<'_> {
         Ok(RandomScenarios { count, seed, penetration })
     }
 
-    fn engine(&self, file: &EngineFile) -> Result<Engine, SceneError> {
+    fn engine(&self, file: &EngineFile) -> Result<EngineOptions, SceneError> {
         let workers = self.checked(file.workers.as_ref(), "engine.workers", None, |n| {
             WorkerCount::new(n).map(Some)
         })?;
-        let buffer_scenarios = self.checked(
-            file.buffer_scenarios.as_ref(),
-            "engine.buffer_scenarios",
-            BUFFER_SCENARIOS,
-            |n| positive(n, "a number of scenarios", 1 << 20),
-        )?;
-        Ok(Engine { workers, buffer_scenarios })
+        let default = EngineOptions::default();
+        let (transport, matchmaker) = (file.transport, file.matchmaker);
+        Ok(EngineOptions {
+            workers,
+            transport: transport.unwrap_or(default.transport),
+            matchmaker: matchmaker.unwrap_or(default.matchmaker),
+            match_seed: self.checked(
+                file.match_seed.as_ref(),
+                "engine.match_seed",
+                default.match_seed,
+                seed,
+            )?,
+            buffer_scenarios: self.checked(
+                file.buffer.scenarios.as_ref(),
+                "engine.buffer.scenarios",
+                default.buffer_scenarios,
+                buffer_scenarios,
+            )?,
+            buffer_kilobytes: self.checked(
+                file.buffer.kilobytes.as_ref(),
+                "engine.buffer.kilobytes",
+                default.buffer_kilobytes,
+                |n| buffer_kilobytes(n).map(Some),
+            )?,
+            start_from: file.start_from,
+            restarts: self.checked(
+                file.restarts.as_ref(),
+                "engine.restarts",
+                default.restarts,
+                restarts,
+            )?,
+            patience: self.checked(
+                file.patience_s.as_ref(),
+                "engine.patience_s",
+                default.patience,
+                patience,
+            )?,
+            slowdowns: self.slowdowns(&file.slowdowns)?,
+        })
+    }
+
+    fn slowdowns(&self, factors: &[Spanned<f64>]) -> Result<Vec<Slowdown>, SceneError> {
+        let one = |factor: &Spanned<f64>| {
+            let checked = Slowdown::new(*factor.get_ref());
+            checked.map_err(|e| self.wrong(factor, "engine.slowdowns", e))
+        };
+        factors.iter().map(one).collect()
     }
 
     fn resolve_mesh(&self, mesh: MeshSource) -> MeshSource {
@@ -237,6 +299,10 @@ impl Source<'_> {
             reason: reason.to_string(),
         }
     }
+}
+
+fn seed(n: i64) -> Result<u64, String> {
+    u64::try_from(n).map_err(|_| format!("{n} is negative: a seed is 0 or more"))
 }
 
 /// The dotted key that an error is about. It is shown only by an error that has no text to quote.

@@ -1,15 +1,20 @@
 //! What to compute: a scene file becomes a validated [`Scene`], and its scenarios become poses.
 
+mod engine;
 mod error;
 mod file;
 pub mod poses;
 pub mod random;
 mod values;
 
+pub use engine::{EngineOptions, MatchRule, Slowdown, StartFrom, Transport};
 pub use error::{PosesError, SceneError};
 pub use file::DEFAULT_SCENE;
 pub use poses::read_poses;
-pub use values::{DistributionDepth, OutOfRange, Penetration, WorkerCount};
+pub use values::{
+    Distribution, OutOfRange, Penetration, WorkerCount, buffer_kilobytes, buffer_scenarios,
+    patience, restarts,
+};
 
 use std::num::NonZeroU32;
 use std::path::PathBuf;
@@ -25,14 +30,14 @@ pub struct Scene {
     pub moving: Body,
     pub tree: TreeKind,
     pub scenarios: Scenarios,
-    pub engine: Engine,
+    pub engine: EngineOptions,
 }
 
 /// One of the two vehicles.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body {
     pub mesh: MeshSource,
-    pub depth: DistributionDepth,
+    pub distribution: Distribution,
 }
 
 /// Where the poses of the moving mesh come from.
@@ -44,12 +49,4 @@ pub enum Scenarios {
         /// Only this many rows, from the first.
         first: Option<NonZeroU32>,
     },
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Engine {
-    /// Absent: as many as the machine has cores.
-    pub workers: Option<WorkerCount>,
-    /// q: scenarios that are sent to a worker in one batch.
-    pub buffer_scenarios: NonZeroU32,
 }

@@ -1,7 +1,10 @@
 //! Numbers of a scene that are valid by construction.
 
-use std::num::NonZeroU32;
+use std::num::{NonZeroU32, NonZeroU64};
 use std::str::FromStr;
+use std::time::Duration;
+
+use crate::tree::roots::Cut;
 
 /// A number outside what the quantity allows.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -35,6 +38,33 @@ pub(super) fn positive(
     let number = in_range(value, quantity, (1, max))?;
     Ok(NonZeroU32::new(number).expect("the range starts at 1"))
 }
+
+/// q: scenarios that fill a buffer.
+pub fn buffer_scenarios(value: i64) -> Result<NonZeroU32, OutOfRange> {
+    positive(value, "a number of scenarios", 1 << 20)
+}
+
+/// V: kilobytes that fill a buffer.
+pub fn buffer_kilobytes(value: i64) -> Result<NonZeroU64, OutOfRange> {
+    positive(value, "a number of kilobytes", i64::from(u32::MAX)).map(NonZeroU64::from)
+}
+
+/// How often another worker is started in the place of one that died.
+pub fn restarts(value: i64) -> Result<u32, OutOfRange> {
+    in_range(value, "a number of restarts", (0, 100_000))
+}
+
+/// How long a worker may answer nothing, in seconds.
+pub fn patience(seconds: f64) -> Result<Duration, NotPatience> {
+    match Duration::try_from_secs_f64(seconds) {
+        Ok(patience) if !patience.is_zero() && seconds <= 1e6 => Ok(patience),
+        _ => Err(NotPatience(seconds)),
+    }
+}
+
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{0} is not a time to wait: write a number of seconds above 0, up to 1000000")]
+pub struct NotPatience(f64);
 
 /// Number of worker processes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,25 +105,33 @@ impl FromStr for WorkerCount {
     }
 }
 
-/// d: the depth of a mesh's distributed roots; 0 is the whole tree.
+/// Where a mesh's tree is cut into the subtrees that are handed out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct DistributionDepth(u32);
+pub struct Distribution(Cut);
 
-impl DistributionDepth {
+impl Distribution {
     /// 16 million roots: more than any tree worth cutting has.
-    pub const MAX: u32 = 24;
+    pub const MAX_DEPTH: u32 = 24;
 
     /// What the paper found best for its heavy fixed vehicle (section 7.3).
-    pub const FIXED: Self = Self(12);
+    pub const FIXED: Self = Self(Cut::Depth(12));
 
     /// What the paper used for its moving car (section 7.3).
-    pub const MOVING: Self = Self(6);
+    pub const MOVING: Self = Self(Cut::Depth(6));
 
-    pub fn new(value: i64) -> Result<Self, OutOfRange> {
-        in_range(value, "a tree depth", (0, i64::from(Self::MAX))).map(Self)
+    /// d of the paper; 0 is the whole tree.
+    pub fn at_depth(value: i64) -> Result<Self, OutOfRange> {
+        let depth = in_range(value, "a tree depth", (0, i64::from(Self::MAX_DEPTH)))?;
+        Ok(Self(Cut::Depth(depth)))
     }
 
-    pub fn get(self) -> u32 {
+    /// As few subtrees as there can be of at most so many triangles.
+    pub fn by_triangles(value: i64) -> Result<Self, OutOfRange> {
+        let most = positive(value, "a number of triangles", i64::from(u32::MAX))?;
+        Ok(Self(Cut::Triangles(most.get())))
+    }
+
+    pub fn cut(self) -> Cut {
         self.0
     }
 }

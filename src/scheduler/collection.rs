@@ -3,14 +3,25 @@
 use super::assignment::Assignment;
 use super::local_client::Unexpected;
 use super::result_order::ResultOrder;
+use crate::effects::contacts::pairs_fnv1a64;
+use crate::tree::TreeView;
 use crate::tree::descent::Pair;
-use crate::wire::{AnswerRecord, AnswerStatus, Reply, TreeHashes, WireError};
+use crate::wire::{AnswerRecord, AnswerStatus, CostRecord, Reply, TreeRecord, Wanted, WireError};
 
 /// What came of one scenario.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Outcome {
-    Answered { client: usize, record: AnswerRecord, pairs: Vec<Pair> },
-    Overflow { triangle: u32 },
+    Answered {
+        client: usize,
+        record: AnswerRecord,
+        cost: Option<CostRecord>,
+        pairs: Vec<Pair>,
+    },
+    Overflow {
+        triangle: u32,
+    },
+    /// Every worker that was at it has died.
+    SetAside,
 }
 
 /// What is wrong with a reply.
@@ -20,32 +31,55 @@ pub enum BadReply {
     Wire(#[from] WireError),
     #[error(transparent)]
     Unexpected(#[from] Unexpected),
-    #[error("it sees other trees than were published")]
-    Trees,
+    #[error("it sees another tree {0} than it was given")]
+    Tree(u32),
     #[error("the pairs of scenario {0} do not come one after the other and all")]
     Pairs(u32),
+    #[error("the pairs of scenario {0} are not in order, or not of the meshes' triangles")]
+    WrongPairs(u32),
+    #[error("the pairs of scenario {0} do not have the hash that it says")]
+    Hash(u32),
+    #[error("the cost of scenario {0} is missing, or was not asked for")]
+    Cost(u32),
 }
 
 /// What a good reply said.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Said {
     Ready,
+    Tree,
     Answers,
+}
+
+/// What the master knows of a tree.
+#[derive(Debug)]
+struct KnownTree {
+    /// By which workers know it.
+    number: u32,
+    hash: u64,
+    triangles: u32,
 }
 
 #[derive(Debug)]
 pub struct Collection {
-    trees: TreeHashes,
-    send_pairs: bool,
+    /// The fixed and the moving one.
+    trees: [KnownTree; 2],
+    wanted: Wanted,
     /// Per client the scenario whose pairs have come in part.
     partial: Vec<Option<(u32, Vec<Pair>)>>,
     order: ResultOrder<Outcome>,
 }
 
 impl Collection {
-    pub fn new(clients: usize, trees: TreeHashes, send_pairs: bool) -> Self {
+    /// `trees` are the numbers that workers know them by.
+    pub fn new(clients: usize, trees: [u32; 2], views: [TreeView<'_>; 2], wanted: Wanted) -> Self {
         let partial = vec![None; clients];
-        Self { trees, send_pairs, partial, order: ResultOrder::default() }
+        let trees = [0, 1].map(|side: usize| KnownTree {
+            number: trees[side],
+            hash: views[side].hash(),
+            triangles: views[side].triangle_count(),
+        });
+        Self { trees, wanted, partial, order: ResultOrder::default() }
     }
 
     pub fn take(
@@ -55,15 +89,22 @@ impl Collection {
         assignment: &mut Assignment,
     ) -> Result<Said, BadReply> {
         match Reply::parse(message)? {
-            Reply::Ready(trees) if trees != self.trees => Err(BadReply::Trees),
-            Reply::Ready(_) => {
+            Reply::Ready => {
                 assignment.clients[client].ready()?;
                 Ok(Said::Ready)
             }
-            Reply::Answers { task, last, answers, mut pairs } => {
-                for record in answers {
+            // Other trees are those of an earlier run.
+            Reply::Tree(TreeRecord { tree, hash, .. }) => {
+                match self.trees.iter().any(|known| known.number == tree && known.hash != hash) {
+                    true => Err(BadReply::Tree(tree)),
+                    false => Ok(Said::Tree),
+                }
+            }
+            Reply::Answers { task, last, answers, costs, mut pairs } => {
+                for (index, record) in answers.iter().enumerate() {
                     let (here, rest) = pairs.split_at(record.pairs_here as usize);
-                    self.take_answer(client, task, record, here, assignment)?;
+                    let answer = (record, costs.get(index).copied(), here);
+                    self.take_answer(client, task, answer, assignment)?;
                     pairs = rest;
                 }
                 if last {
@@ -83,6 +124,11 @@ impl Collection {
         self.order.delivered()
     }
 
+    /// There will be no answer to this scenario.
+    pub fn set_aside(&mut self, scenario: u32) {
+        self.order.insert(scenario, Outcome::SetAside);
+    }
+
     /// Forgets what a dead client has sent in part.
     pub fn client_died(&mut self, client: usize) {
         self.partial[client] = None;
@@ -92,15 +138,17 @@ impl Collection {
         &mut self,
         client: usize,
         task: u64,
-        record: &AnswerRecord,
-        here: &[Pair],
+        (record, cost, here): (&AnswerRecord, Option<CostRecord>, &[Pair]),
         assignment: &mut Assignment,
     ) -> Result<(), BadReply> {
         let scenario = record.scenario;
         assignment.clients[client].expects(task, scenario)?;
+        if cost.is_some() != self.wanted.costs {
+            return Err(BadReply::Cost(scenario));
+        }
         let outcome = match record.status() {
             AnswerStatus::Answered => match self.join(client, record, here)? {
-                Some(pairs) => Outcome::Answered { client, record: *record, pairs },
+                Some(pairs) => Outcome::Answered { client, record: *record, cost, pairs },
                 None => return Ok(()),
             },
             AnswerStatus::Overflow { .. } if self.partial[client].is_some() => {
@@ -134,34 +182,62 @@ impl Collection {
             return Err(BadReply::Pairs(scenario));
         }
         pairs.extend_from_slice(here);
-        if !self.send_pairs {
+        if !self.wanted.pairs {
             return if pairs.is_empty() { Ok(Some(pairs)) } else { Err(BadReply::Pairs(scenario)) };
         }
-        if pairs.len() == record.pair_count as usize {
-            return Ok(Some(pairs));
+        if pairs.len() < record.pair_count as usize {
+            self.partial[client] = Some((scenario, pairs));
+            return Ok(None);
         }
-        self.partial[client] = Some((scenario, pairs));
-        Ok(None)
+        let in_range = |pair: &Pair| (0..2).all(|side| pair[side] < self.trees[side].triangles);
+        if !pairs.is_sorted_by(|a, b| a < b) || !pairs.iter().all(in_range) {
+            return Err(BadReply::WrongPairs(scenario));
+        }
+        if pairs_fnv1a64(&pairs) != record.pairs_fnv1a64 {
+            return Err(BadReply::Hash(scenario));
+        }
+        Ok(Some(pairs))
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::assignment::BufferLimits;
+    use super::super::local_client::{Analysis, LocalClient, SubtreeBytes};
+    use super::super::matchmaker::Matchmaker;
     use super::*;
+    use crate::mesh::TriangleMesh;
+    use crate::scene::MatchRule;
+    use crate::tree::{BuildOptions, TreeImage, TreeKind, build};
     use crate::wire::ReplyHeader;
 
-    const TREES: TreeHashes = TreeHashes { fixed: 1, moving: 2 };
+    const PAIRS: Wanted = Wanted { pairs: true, costs: false };
+    const NOTHING: Wanted = Wanted { pairs: false, costs: false };
+    /// Numbers of the trees.
+    const TREES: [u32; 2] = [7, 8];
+
+    /// Of ten triangles.
+    fn tree() -> TreeImage {
+        let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].to_vec();
+        let mesh = TriangleMesh::new(corners, vec![[0, 1, 2]; 10]).unwrap();
+        build(&mesh, BuildOptions { kind: TreeKind::Obb })
+    }
 
     /// Two clients; scenarios 0 and 1 are task 0 of the first, 2 and 3 task 1 of the second.
-    fn two_tasks(send_pairs: bool) -> (Collection, Assignment) {
-        let mut assignment = Assignment::new(2, 100, 2);
-        let mut collection = Collection::new(2, TREES, send_pairs);
+    fn two_tasks(wanted: Wanted) -> (Collection, Assignment) {
+        let clients = vec![LocalClient::default(), LocalClient::default()];
+        let limits = BufferLimits { scenarios: 2, bytes: u64::MAX };
+        let matchmaker = Matchmaker::new(MatchRule::Best, 2, 0);
+        let mut assignment =
+            Assignment::new(clients, 100, limits, matchmaker, SubtreeBytes::default());
+        let tree = tree();
+        let mut collection = Collection::new(2, TREES, [tree.view(), tree.view()], wanted);
         for client in [0, 1] {
-            let ready = parts(&ReplyHeader::ready(), &[TREES]);
+            let ready = parts::<u8>(&ReplyHeader::ready(), &[]);
             assert_eq!(collection.take(client, &ready, &mut assignment), Ok(Said::Ready));
             for _ in 0..2 {
                 let scenario = assignment.next_scenario().unwrap();
-                assert_eq!(assignment.assign(scenario, &Default::default()), Some(client));
+                assert_eq!(assignment.assign(scenario, Analysis::default()), Some(client));
             }
             assignment.take_task(client).unwrap();
         }
@@ -183,14 +259,15 @@ mod tests {
     }
 
     fn part(scenario: u32, count: u32, first: u32, here: u32) -> AnswerRecord {
-        let mut record = AnswerRecord::answered(scenario, count, 7, 8);
+        let pairs: Vec<Pair> = (0..count).map(|n| [scenario, n]).collect();
+        let mut record = AnswerRecord::answered(scenario, count, pairs_fnv1a64(&pairs), 8);
         (record.first_pair, record.pairs_here) = (first, here);
         record
     }
 
     #[test]
     fn pairs_that_come_in_parts_are_joined() {
-        let (mut collection, mut assignment) = two_tasks(true);
+        let (mut collection, mut assignment) = two_tasks(PAIRS);
         let mut take = |client, message: &[u8]| collection.take(client, message, &mut assignment);
         take(0, &reply(0, false, &[part(0, 1, 0, 1), part(1, 5, 0, 2)])).unwrap();
         take(1, &reply(1, true, &[part(2, 0, 0, 0), part(3, 1, 0, 1)])).unwrap();
@@ -201,7 +278,7 @@ mod tests {
             .iter()
             .map(|(scenario, outcome)| match outcome {
                 Outcome::Answered { client, pairs, .. } => (*scenario, *client, pairs.len()),
-                Outcome::Overflow { .. } => panic!("nothing overflowed"),
+                other => panic!("{other:?}"),
             })
             .collect();
         assert_eq!(counts, [(0, 0, 1), (1, 0, 5), (2, 1, 0), (3, 1, 1)]);
@@ -209,24 +286,26 @@ mod tests {
 
     #[test]
     fn a_dead_clients_parts_are_forgotten_and_its_scenario_answered_anew() {
-        let (mut collection, mut assignment) = two_tasks(true);
+        let (mut collection, mut assignment) = two_tasks(PAIRS);
         collection.take(0, &reply(0, false, &[part(0, 4, 0, 3)]), &mut assignment).unwrap();
         assignment.client_died(0);
         collection.client_died(0);
         assert_eq!(assignment.next_scenario(), Some(0));
-        assignment.assign(0, &Default::default());
-        assignment.assign(1, &Default::default());
-        let (task, scenarios) = assignment.take_task(1).unwrap();
-        assert_eq!((task, scenarios), (2, &[0, 1][..]));
-        let mut take = |message: &[u8]| collection.take(1, message, &mut assignment);
-        take(&reply(1, true, &[part(2, 0, 0, 0), part(3, 0, 0, 0)])).unwrap();
-        take(&reply(2, true, &[part(0, 4, 0, 4), part(1, 0, 0, 0)])).unwrap();
+        assert_eq!(assignment.assign(0, Analysis::default()), Some(1));
+        assert_eq!(assignment.take_task(1).unwrap().number, 2);
+        collection
+            .take(1, &reply(1, true, &[part(2, 0, 0, 0), part(3, 0, 0, 0)]), &mut assignment)
+            .unwrap();
+        collection.take(1, &reply(2, true, &[part(0, 4, 0, 4)]), &mut assignment).unwrap();
+        assert_eq!(assignment.assign(1, Analysis::default()), Some(1));
+        assert_eq!(assignment.take_task(1).unwrap().number, 3);
+        collection.take(1, &reply(3, true, &[part(1, 0, 0, 0)]), &mut assignment).unwrap();
         assert_eq!(std::iter::from_fn(|| collection.pop()).count(), 4);
     }
 
     #[test]
     fn an_overflow_ends_the_giving_out_and_comes_in_its_turn() {
-        let (mut collection, mut assignment) = two_tasks(false);
+        let (mut collection, mut assignment) = two_tasks(NOTHING);
         let overflow = [part(2, 1, 0, 0), AnswerRecord::overflow(3, 9, 0)];
         collection.take(1, &reply(1, true, &overflow), &mut assignment).unwrap();
         assert_eq!(assignment.next_scenario(), None);
@@ -240,13 +319,13 @@ mod tests {
     #[test]
     fn replies_that_nobody_asked_for_are_refused() {
         let refusal = |message: &[u8]| {
-            let (mut collection, mut assignment) = two_tasks(true);
+            let (mut collection, mut assignment) = two_tasks(PAIRS);
             collection.take(0, message, &mut assignment).unwrap_err()
         };
         assert!(matches!(refusal(&[0; 8]), BadReply::Wire(_)));
-        let other_trees = TreeHashes { fixed: 1, moving: 3 };
-        assert_eq!(refusal(&parts(&ReplyHeader::ready(), &[other_trees])), BadReply::Trees);
-        let ready_again = refusal(&parts(&ReplyHeader::ready(), &[TREES]));
+        let other_tree = TreeRecord::new(TREES[1], 1);
+        assert_eq!(refusal(&parts(&ReplyHeader::tree(), &[other_tree])), BadReply::Tree(TREES[1]));
+        let ready_again = refusal(&parts::<u8>(&ReplyHeader::ready(), &[]));
         assert_eq!(ready_again, BadReply::Unexpected(Unexpected::Ready));
         let not_given = refusal(&reply(0, false, &[part(2, 0, 0, 0)]));
         assert_eq!(not_given, BadReply::Unexpected(Unexpected::Scenario(2)));
@@ -257,12 +336,58 @@ mod tests {
         assert_eq!(refusal(&reply(0, false, &[part(0, 3, 1, 2)])), BadReply::Pairs(0));
         let interleaved = [part(0, 3, 0, 2), part(1, 3, 0, 3)];
         assert_eq!(refusal(&reply(0, false, &interleaved)), BadReply::Pairs(1));
+        assert_eq!(refusal(&reply(0, false, &[part(0, 11, 0, 11)])), BadReply::WrongPairs(0));
+        let mut wrong_hash = part(0, 3, 0, 3);
+        wrong_hash.pairs_fnv1a64 ^= 1;
+        assert_eq!(refusal(&reply(0, false, &[wrong_hash])), BadReply::Hash(0));
+        let mut twice = reply(0, false, &[part(0, 2, 0, 2)]);
+        let last_pair = twice.len() - size_of::<Pair>();
+        twice.copy_within(last_pair - size_of::<Pair>()..last_pair, last_pair);
+        assert_eq!(refusal(&twice), BadReply::WrongPairs(0));
+    }
+
+    #[test]
+    fn trees_of_the_run_and_of_earlier_runs_are_taken_note_of() {
+        let (mut collection, mut assignment) = two_tasks(PAIRS);
+        for (tree, hash) in [(TREES[0], tree().view().hash()), (3, 77)] {
+            let message = parts(&ReplyHeader::tree(), &[TreeRecord::new(tree, hash)]);
+            assert_eq!(collection.take(0, &message, &mut assignment), Ok(Said::Tree));
+        }
+    }
+
+    #[test]
+    fn a_scenario_that_is_set_aside_comes_in_its_turn() {
+        let (mut collection, mut assignment) = two_tasks(NOTHING);
+        collection.set_aside(1);
+        assert_eq!(collection.pop(), None);
+        collection.take(0, &reply(0, false, &[part(0, 1, 0, 0)]), &mut assignment).unwrap();
+        let delivered: Vec<_> = std::iter::from_fn(|| collection.pop()).collect();
+        assert_eq!(delivered[1], (1, Outcome::SetAside));
     }
 
     #[test]
     fn pairs_that_nobody_asked_for_are_refused() {
-        let (mut collection, mut assignment) = two_tasks(false);
+        let (mut collection, mut assignment) = two_tasks(NOTHING);
         let refused = collection.take(0, &reply(0, false, &[part(0, 1, 0, 1)]), &mut assignment);
         assert_eq!(refused, Err(BadReply::Pairs(0)));
+    }
+
+    #[test]
+    fn costs_come_if_and_only_if_they_were_asked_for() {
+        let wanted = Wanted { costs: true, ..NOTHING };
+        let cost = CostRecord { descent_ns: 7, ..Default::default() };
+        let header = ReplyHeader::answers(0, 1, 0, false).with_costs(true);
+        let costly = [parts(&header, &[part(0, 1, 0, 0)]), bytemuck::bytes_of(&cost).to_vec()];
+        let (costly, plain) = (costly.concat(), reply(0, false, &[part(0, 1, 0, 0)]));
+
+        let (mut collection, mut assignment) = two_tasks(wanted);
+        collection.take(0, &costly, &mut assignment).unwrap();
+        let Some((0, Outcome::Answered { cost: taken, .. })) = collection.pop() else { panic!() };
+        assert_eq!(taken, Some(cost));
+        for (wanted, message) in [(wanted, plain), (NOTHING, costly)] {
+            let (mut collection, mut assignment) = two_tasks(wanted);
+            let refused = collection.take(0, &message, &mut assignment);
+            assert_eq!(refused, Err(BadReply::Cost(0)));
+        }
     }
 }

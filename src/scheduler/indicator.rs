@@ -30,19 +30,24 @@ pub struct ClientIndicator {
 impl ClientIndicator {
     /// The sum of the products of the two vectors.
     pub fn score(&self, scenario: &TreeIndicator) -> u64 {
-        let given = |number: u32| self.given.get(number as usize) == Some(&true);
         let parts = scenario.taking_part.iter();
-        parts.filter(|&&(number, _)| given(number)).map(|&(_, n)| u64::from(n)).sum()
+        parts.filter(|&&(number, _)| self.has(number)).map(|&(_, n)| u64::from(n)).sum()
     }
 
-    /// Switches to 1 what the scenario adds.
-    pub fn give(&mut self, scenario: &TreeIndicator) {
+    pub fn has(&self, number: u32) -> bool {
+        self.given.get(number as usize) == Some(&true)
+    }
+
+    /// Switches to 1 what the scenario adds, and tells `added` of each.
+    pub fn give(&mut self, scenario: &TreeIndicator, mut added: impl FnMut(u32)) {
         if let Some(&(last, _)) = scenario.taking_part.last() {
             let roots = self.given.len().max(last as usize + 1);
             self.given.resize(roots, false);
         }
         for &(number, _) in &scenario.taking_part {
-            self.given[number as usize] = true;
+            if !std::mem::replace(&mut self.given[number as usize], true) {
+                added(number);
+            }
         }
     }
 }
@@ -58,7 +63,7 @@ pub mod tests {
     pub fn row(tree: usize, values: &[u32]) -> TreeIndicator {
         let roots: Vec<_> = TABLE_1_ROOTS[tree]
             .iter()
-            .map(|&triangles| DistributedRoot { node: 0, triangles })
+            .map(|&triangles| DistributedRoot { node: 0, lanes: 1, first: 0, triangles })
             .collect();
         let numbers = (0..).zip(values).filter(|(_, value)| **value > 0).map(|(number, _)| number);
         let indicator = TreeIndicator::new(numbers, &roots);
@@ -71,21 +76,24 @@ pub mod tests {
     fn a_client_scores_the_triangles_it_was_given_already() {
         let mut client = ClientIndicator::default();
         assert_eq!(client.score(&row(1, &[2, 0, 14, 6])), 0);
-        client.give(&row(1, &[2, 0, 14, 6]));
+        client.give(&row(1, &[2, 0, 14, 6]), |_| {});
         assert_eq!(client.score(&row(1, &[2, 1, 14, 6])), 22);
         assert_eq!(client.score(&row(1, &[0, 1, 0, 6])), 6);
         assert_eq!(client.score(&row(1, &[0, 1, 0, 0])), 0);
-        client.give(&row(1, &[0, 1, 0, 0]));
+        let mut added = Vec::new();
+        client.give(&row(1, &[0, 1, 0, 6]), |number| added.push(number));
+        assert_eq!(added, [1], "the last was given before");
         assert_eq!(client.score(&row(1, &[0, 1, 0, 6])), 7);
     }
 
     #[test]
     fn a_root_named_by_several_pairs_counts_once() {
-        let roots = [3, 5].map(|triangles| DistributedRoot { node: 0, triangles });
+        let roots =
+            [3, 5].map(|triangles| DistributedRoot { node: 0, lanes: 1, first: 0, triangles });
         let repeated = TreeIndicator::new([1, 0, 1, 1].into_iter(), &roots);
         assert_eq!(repeated, TreeIndicator::new([0, 1].into_iter(), &roots));
         let mut client = ClientIndicator::default();
-        client.give(&repeated);
+        client.give(&repeated, |_| {});
         assert_eq!(client.score(&repeated), 8);
     }
 }

@@ -1,14 +1,14 @@
 //! Finds out which parts of the geometry a scenario needs (section 6.4.6 of the paper).
 
 use super::indicator::TreeIndicator;
-use super::local_client::Indicators;
+use super::local_client::Analysis;
 use crate::geometry::Pose;
-use crate::tree::roots::PreAnalysis;
+use crate::tree::roots::{PreAnalysis, RootPair};
 
 #[derive(Debug)]
 pub struct JobsSubmitter<'a> {
     analysis: PreAnalysis<'a>,
-    overlapping: Vec<[u32; 2]>,
+    overlapping: Vec<RootPair>,
 }
 
 impl<'a> JobsSubmitter<'a> {
@@ -16,13 +16,15 @@ impl<'a> JobsSubmitter<'a> {
         Self { analysis, overlapping: Vec::new() }
     }
 
-    /// The pre-analysis of one scenario.
-    pub fn indicators(&mut self, pose: &Pose) -> Indicators {
+    /// The pre-analysis of one scenario, with the pairs of roots if a worker has to know them.
+    pub fn analyse(&mut self, pose: &Pose, with_root_pairs: bool) -> Analysis {
         self.analysis.overlapping_roots(pose, &mut self.overlapping);
         let numbers = |side: usize| self.overlapping.iter().map(move |pair| pair[side]);
-        [
+        let indicators = [
             TreeIndicator::new(numbers(0), self.analysis.fixed_roots()),
             TreeIndicator::new(numbers(1), self.analysis.moving_roots()),
-        ]
+        ];
+        let root_pairs = if with_root_pairs { self.overlapping.clone() } else { Vec::new() };
+        Analysis { indicators, root_pairs }
     }
 }

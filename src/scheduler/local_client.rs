@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 
 use super::indicator::{ClientIndicator, TreeIndicator};
 use super::matchmaker::Candidate;
+use crate::tree::roots::RootPair;
 
 /// Tasks a client may have before it is claimed. The paper's is one; with two, a worker finds the
 /// next task waiting when it has answered one, instead of sleeping until the master has woken up
@@ -13,11 +14,41 @@ pub const OUTSTANDING_TASKS: usize = 2;
 /// The indicators of one scenario: of the fixed and of the moving tree.
 pub type Indicators = [TreeIndicator; 2];
 
+/// What the pre-analysis found out about a scenario. Nothing, where nobody has to know.
+#[derive(Clone, Debug, Default)]
+pub struct Analysis {
+    pub indicators: Indicators,
+    /// What its worker has to descend.
+    pub root_pairs: Vec<RootPair>,
+}
+
+/// Bytes of each subtree that has to be sent: of the fixed and of the moving tree. Empty where
+/// geometry is in place.
+pub type SubtreeBytes = [Vec<u64>; 2];
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
     Starting,
     Ready,
     Dead,
+}
+
+/// A scenario on its way to a worker.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Buffered {
+    pub scenario: u32,
+    pub root_pairs: Vec<RootPair>,
+}
+
+/// What a full buffer becomes.
+#[derive(Debug, PartialEq, Eq)]
+pub struct NewTask {
+    pub number: u64,
+    /// Ascending by scenario.
+    pub batch: Vec<Buffered>,
+    /// Distributed roots that the worker has not been given before: of the fixed and of the moving
+    /// tree.
+    pub subtrees: [Vec<u32>; 2],
 }
 
 /// A batch that was sent and is not answered in full.
@@ -26,6 +57,15 @@ struct Task {
     number: u64,
     /// Ascending.
     unanswered: Vec<u32>,
+}
+
+/// What a dead client leaves to others.
+#[derive(Debug, Default, PartialEq, Eq)]
+pub struct Estate {
+    /// The unanswered scenarios of the task it was at: one of them may have been its end.
+    pub at_work: Vec<u32>,
+    /// Sent or only buffered, but not begun.
+    pub untouched: Vec<u32>,
 }
 
 /// What a worker said and could not have said.
@@ -45,7 +85,13 @@ pub enum Unexpected {
 pub struct LocalClient {
     state: State,
     /// Scenarios for the next task.
-    buffer: Vec<u32>,
+    buffer: Vec<Buffered>,
+    /// Of the subtrees that the next task brings.
+    buffer_bytes: u64,
+    /// Whether the buffer takes nothing more.
+    sealed: bool,
+    /// Distributed roots that the next task brings.
+    added: [Vec<u32>; 2],
     /// Oldest first, which is the order of the answers.
     tasks: VecDeque<Task>,
     /// Distributed roots the worker was given: of the fixed and of the moving tree.
@@ -54,8 +100,15 @@ pub struct LocalClient {
 
 impl Default for LocalClient {
     fn default() -> Self {
-        let state = State::Starting;
-        Self { state, buffer: Vec::new(), tasks: VecDeque::new(), given: Default::default() }
+        Self {
+            state: State::Starting,
+            buffer: Vec::new(),
+            buffer_bytes: 0,
+            sealed: false,
+            added: Default::default(),
+            tasks: VecDeque::new(),
+            given: Default::default(),
+        }
     }
 }
 
@@ -71,13 +124,17 @@ impl LocalClient {
         self.state == State::Starting
     }
 
+    pub fn is_ready(&self) -> bool {
+        self.state == State::Ready
+    }
+
     pub fn is_alive(&self) -> bool {
         self.state != State::Dead
     }
 
     /// A claimed client takes no scenarios.
     pub fn is_claimed(&self) -> bool {
-        self.state != State::Ready || self.tasks.len() >= OUTSTANDING_TASKS
+        self.state != State::Ready || self.sealed || self.tasks.len() >= OUTSTANDING_TASKS
     }
 
     pub fn tasks(&self) -> usize {
@@ -88,24 +145,51 @@ impl LocalClient {
         self.buffer.len()
     }
 
+    pub fn buffered_bytes(&self) -> u64 {
+        self.buffer_bytes
+    }
+
     pub fn candidate(&self, client: usize, scenario: &Indicators) -> Candidate {
         let score = self.given.iter().zip(scenario).map(|(given, tree)| given.score(tree)).sum();
         Candidate { client, score, load: self.buffer.len() }
     }
 
-    pub fn push(&mut self, scenario: u32, indicators: &Indicators) {
-        self.buffer.push(scenario);
-        for (given, tree) in self.given.iter_mut().zip(indicators) {
-            given.give(tree);
+    pub fn push(&mut self, scenario: u32, analysis: Analysis, bytes: &SubtreeBytes) {
+        let Analysis { indicators, root_pairs } = analysis;
+        self.buffer.push(Buffered { scenario, root_pairs });
+        for (tree, indicator) in indicators.iter().enumerate() {
+            let (added, sum) = (&mut self.added[tree], &mut self.buffer_bytes);
+            self.given[tree].give(indicator, |root| {
+                if let Some(bytes) = bytes[tree].get(root as usize) {
+                    added.push(root);
+                    *sum += bytes;
+                }
+            });
         }
     }
 
-    /// The buffer becomes a task. Returns its scenarios, ascending.
-    pub fn begin_task(&mut self, number: u64) -> &[u32] {
-        let mut unanswered = std::mem::take(&mut self.buffer);
-        unanswered.sort_unstable();
+    /// The buffer takes nothing more: its task is to be sent as it is.
+    pub fn seal(&mut self) {
+        self.sealed = true;
+    }
+
+    pub fn is_sealed(&self) -> bool {
+        self.sealed
+    }
+
+    /// Whether it could be sent another task.
+    pub fn has_room_for_task(&self) -> bool {
+        self.state == State::Ready && self.tasks.len() < OUTSTANDING_TASKS
+    }
+
+    /// The buffer becomes a task.
+    pub fn begin_task(&mut self, number: u64) -> NewTask {
+        let mut batch = std::mem::take(&mut self.buffer);
+        batch.sort_unstable_by_key(|buffered| buffered.scenario);
+        let unanswered = batch.iter().map(|buffered| buffered.scenario).collect();
         self.tasks.push_back(Task { number, unanswered });
-        &self.tasks[self.tasks.len() - 1].unanswered
+        (self.buffer_bytes, self.sealed) = (0, false);
+        NewTask { number, batch, subtrees: std::mem::take(&mut self.added) }
     }
 
     pub fn answered(&mut self, task: u64, scenario: u32) -> Result<(), Unexpected> {
@@ -131,11 +215,23 @@ impl LocalClient {
         Ok(())
     }
 
-    /// Returns what others have to answer now: everything unanswered, sent or not.
-    pub fn die(&mut self) -> Vec<u32> {
-        self.state = State::Dead;
-        let sent = self.tasks.drain(..).flat_map(|task| task.unanswered);
-        sent.chain(self.buffer.drain(..)).collect()
+    pub fn die(&mut self) -> Estate {
+        let Self { mut tasks, buffer, .. } =
+            std::mem::replace(self, Self { state: State::Dead, ..Self::default() });
+        let at_work = tasks.pop_front().map(|task| task.unanswered).unwrap_or_default();
+        let sent = tasks.into_iter().flat_map(|task| task.unanswered);
+        let buffered = buffer.into_iter().map(|buffered| buffered.scenario);
+        Estate { at_work, untouched: sent.chain(buffered).collect() }
+    }
+
+    /// Another worker is started in the place of a dead one.
+    pub fn restart(&mut self) {
+        *self = Self::default();
+    }
+
+    /// The trees change: what was given of the old ones means nothing for the new ones.
+    pub fn exchange_given(&mut self, given: [ClientIndicator; 2]) -> [ClientIndicator; 2] {
+        std::mem::replace(&mut self.given, given)
     }
 
     fn current(&mut self, task: u64) -> Result<&mut Task, Unexpected> {
@@ -158,13 +254,19 @@ mod tests {
         client
     }
 
+    fn push(client: &mut LocalClient, scenario: u32) {
+        client.push(scenario, Analysis::default(), &SubtreeBytes::default());
+    }
+
     fn with_task(number: u64, scenarios: &[u32]) -> LocalClient {
         let mut client = ready();
-        for &scenario in scenarios {
-            client.push(scenario, &Indicators::default());
-        }
+        scenarios.iter().for_each(|&scenario| push(&mut client, scenario));
         client.begin_task(number);
         client
+    }
+
+    fn of(indicators: Indicators) -> Analysis {
+        Analysis { indicators, root_pairs: Vec::new() }
     }
 
     #[test]
@@ -174,7 +276,7 @@ mod tests {
         client.ready().unwrap();
         for number in 0..OUTSTANDING_TASKS as u64 {
             assert!(!client.is_claimed());
-            client.push(number as u32, &Indicators::default());
+            push(&mut client, number as u32);
             client.begin_task(number);
         }
         assert!(client.is_claimed());
@@ -188,11 +290,28 @@ mod tests {
     #[test]
     fn a_task_is_sent_in_ascending_order() {
         let mut client = ready();
-        for scenario in [7, 2, 5] {
-            client.push(scenario, &Indicators::default());
-        }
-        assert_eq!(client.begin_task(0), [2, 5, 7]);
+        [7, 2, 5].iter().for_each(|&scenario| push(&mut client, scenario));
+        let task = client.begin_task(0);
+        assert_eq!(task.batch.iter().map(|b| b.scenario).collect::<Vec<_>>(), [2, 5, 7]);
         assert_eq!(client.buffered(), 0);
+    }
+
+    #[test]
+    fn a_subtree_is_sent_once_with_the_first_task_that_needs_it_and_counted_in_the_buffer() {
+        let bytes = [vec![1, 20, 300, 4000, 50_000, 600_000], vec![2, 10, 140, 60]];
+        let mut client = ready();
+        client.push(0, of([row(0, &[0, 0, 0, 0, 1, 4]), row(1, &[2, 0, 14, 0])]), &bytes);
+        assert_eq!(client.buffered_bytes(), 650_000 + 142);
+        client.push(1, of([row(0, &[0, 11, 0, 0, 1, 0]), row(1, &[2, 0, 14, 6])]), &bytes);
+        assert_eq!(client.begin_task(0).subtrees, [vec![4, 5, 1], vec![0, 2, 3]]);
+        assert_eq!(client.buffered_bytes(), 0);
+        client.push(2, of([row(0, &[1, 11, 0, 0, 0, 0]), row(1, &[2, 0, 0, 0])]), &bytes);
+        assert_eq!(client.begin_task(1).subtrees, [vec![0], vec![]]);
+        client.die();
+        client.restart();
+        client.ready().unwrap();
+        client.push(3, of([row(0, &[1, 0, 0, 0, 0, 0]), row(1, &[0, 0, 0, 0])]), &bytes);
+        assert_eq!(client.begin_task(2).subtrees, [vec![0], vec![]], "the new worker has nothing");
     }
 
     #[test]
@@ -211,9 +330,11 @@ mod tests {
     #[test]
     fn a_dead_client_gives_back_what_it_has_not_answered() {
         let mut client = with_task(4, &[1, 2, 3]);
-        client.push(9, &Indicators::default());
+        push(&mut client, 7);
+        client.begin_task(5);
+        push(&mut client, 9);
         client.answered(4, 2).unwrap();
-        assert_eq!(client.die(), [1, 3, 9]);
+        assert_eq!(client.die(), Estate { at_work: vec![1, 3], untouched: vec![7, 9] });
         assert!(client.is_claimed() && !client.is_alive());
     }
 
@@ -221,7 +342,7 @@ mod tests {
     fn scores_add_up_over_both_trees() {
         let mut client = ready();
         let third = [row(0, &[1, 11, 0, 1, 0, 4]), row(1, &[0, 0, 14, 6])];
-        client.push(3, &third);
+        client.push(3, of(third), &SubtreeBytes::default());
         let second = [row(0, &[0, 11, 0, 1, 1, 0]), row(1, &[2, 1, 14, 6])];
         assert_eq!(client.candidate(0, &second).score, 11 + 1 + 14 + 6);
         assert_eq!(client.candidate(0, &second).load, 1);

@@ -9,6 +9,7 @@
 //! | [`matchmaker`] | picks a client for a scenario |
 //! | [`local_client`] | what one worker was given and has not answered |
 //! | [`assignment`] | all of them together, and what nobody has been given yet |
+//! | [`launch`] | how a worker comes to life: as a process, or as a thread |
 //! | [`collection`], [`result_order`] | replies become results in scenario order |
 
 pub mod assignment;
@@ -17,7 +18,10 @@ pub mod collection;
 mod engine_report;
 pub mod indicator;
 pub mod jobs_submitter;
+pub mod launch;
 pub mod local_client;
 pub mod matchmaker;
+mod memory;
 pub mod result_order;
 mod worker_process;
+mod worker_thread;

@@ -1,13 +1,14 @@
 //! One worker process: started, watched, ended.
 
-use std::ffi::OsString;
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::os::fd::{AsFd, BorrowedFd, FromRawFd, OwnedFd};
 use std::path::Path;
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::process::{Child, Command, Stdio};
 
-use crate::workers::MASTER_ARGUMENT;
+use super::launch::Worker;
+use crate::transport::Attach;
+use crate::workers::{MASTER_ARGUMENT, ROLE_ARGUMENT, Role};
 
 /// Killed and reaped when dropped.
 #[derive(Debug)]
@@ -19,14 +20,16 @@ pub struct WorkerProcess {
 }
 
 impl WorkerProcess {
-    pub fn start(program: &Path, attach: &[OsString]) -> io::Result<Self> {
+    pub fn start(program: &Path, attach: Attach, role: Role) -> io::Result<Self> {
         // A file and not a pipe: it never fills up, and nobody has to read along.
         let stderr = tempfile::tempfile()?;
         let mut child = Command::new(program)
             .arg("worker")
             .arg(MASTER_ARGUMENT)
             .arg(std::process::id().to_string())
-            .args(attach)
+            .arg(ROLE_ARGUMENT)
+            .arg(role.to_string())
+            .args(attach.arguments)
             .stdin(Stdio::null())
             .stdout(Stdio::null())
             .stderr(stderr.try_clone()?)
@@ -44,24 +47,24 @@ impl WorkerProcess {
     pub fn pid(&self) -> u32 {
         self.child.id()
     }
+}
 
-    /// Its end is seen at its death notice, like any other.
-    pub fn kill(&mut self) {
+impl Worker for WorkerProcess {
+    fn death_notice(&self) -> BorrowedFd<'_> {
+        self.pidfd.as_fd()
+    }
+
+    fn ended(&mut self) -> io::Result<Option<String>> {
+        Ok(self.child.try_wait()?.map(|status| status.to_string()))
+    }
+
+    fn kill(&mut self) {
         // Fails only for a process that has been reaped.
         let _ = self.child.kill();
     }
 
-    pub fn death_notice(&self) -> BorrowedFd<'_> {
-        self.pidfd.as_fd()
-    }
-
-    /// How it ended, if it has.
-    pub fn ended(&mut self) -> io::Result<Option<ExitStatus>> {
-        self.child.try_wait()
-    }
-
-    /// The end of what it wrote to its standard error, in one line.
-    pub fn last_words(&mut self) -> String {
+    /// Of what it wrote to its standard error.
+    fn last_words(&mut self) -> String {
         const TAIL: u64 = 2000;
         let length = self.stderr.metadata().map_or(0, |found| found.len());
         let mut tail = Vec::new();

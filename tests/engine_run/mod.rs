@@ -5,24 +5,29 @@ use std::collections::BTreeSet;
 use std::io;
 use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use bumper::effects::contacts::{contacts, pairs_fnv1a64};
 use bumper::geometry::Pose;
 use bumper::mesh::TriangleMesh;
+use bumper::scene::{EngineOptions, WorkerCount};
 use bumper::scheduler::client_manager::{
-    EngineError, EngineOptions, EngineReport, ResultSink, ScenarioResult, Work, needs, run_over,
+    AnyEngine, Engine, EngineError, EngineReport, ResultSink, ScenarioResult, Work, needs, start,
 };
+use bumper::scheduler::launch::Processes;
 use bumper::transport::shared_memory::SharedMemory;
 use bumper::tree::descent::{Descent, Pair};
+use bumper::tree::roots::Cut;
 use bumper::tree::{BuildOptions, TreeImage, TreeKind, build};
+use bumper::wire::Wanted;
 
 /// Scenario, number of pairs, their hash, the pairs.
 pub type Answer = (u32, u32, u64, Vec<Pair>);
 
 pub struct Scene {
-    pub fixed: TreeImage,
-    pub moving: TreeImage,
+    pub fixed: Arc<TreeImage>,
+    pub moving: Arc<TreeImage>,
     pub poses: Vec<Pose>,
 }
 
@@ -60,8 +65,8 @@ impl Scene {
             Pose::from_quaternion(quaternion, [distance * t.cos(), distance * t.sin(), 0.1])
         });
         Self {
-            fixed: build(&dented_sphere(rings, 7.0), options),
-            moving: build(&dented_sphere(rings, 5.0), options),
+            fixed: Arc::new(build(&dented_sphere(rings, 7.0), options)),
+            moving: Arc::new(build(&dented_sphere(rings, 5.0), options)),
             poses: poses.collect(),
         }
     }
@@ -79,25 +84,67 @@ impl Scene {
             .collect()
     }
 
-    fn work(&self) -> Work<'_> {
-        Work { fixed: self.fixed.view(), moving: self.moving.view(), poses: &self.poses }
+    /// One run of an engine that was started for it.
+    pub fn run_on(
+        &self,
+        engine: &mut dyn AnyEngine,
+        options: &Options,
+        sink: &mut dyn ResultSink,
+        interrupt: &AtomicBool,
+    ) -> Result<EngineReport, EngineError> {
+        let fixed = engine.add_mesh(Arc::clone(&self.fixed))?;
+        let moving = engine.add_mesh(Arc::clone(&self.moving))?;
+        let [fixed_cut, moving_cut] = options.cuts;
+        let work = Work {
+            fixed: (fixed, fixed_cut),
+            moving: (moving, moving_cut),
+            poses: &self.poses,
+            wanted: options.wanted,
+        };
+        let report = engine.run(&work, sink, interrupt)?;
+        engine.remove_mesh(fixed)?;
+        engine.remove_mesh(moving)?;
+        Ok(report)
+    }
+
+    /// Over whatever transport the options name.
+    pub fn run(&self, options: &Options) -> (EngineReport, Vec<Answer>) {
+        let mut recorder =
+            Recorder { answers: Vec::new(), set_aside: vec![], on_result: |_| Ok(()) };
+        let mut engine = start(options.engine.clone(), options.program.clone()).unwrap();
+        let interrupt = AtomicBool::new(false);
+        let report = self.run_on(&mut *engine, options, &mut recorder, &interrupt).unwrap();
+        (report, recorder.answers)
     }
 }
 
-pub fn options(workers: u32) -> EngineOptions {
-    EngineOptions {
-        workers: NonZeroU32::new(workers).unwrap(),
-        buffer_scenarios: NonZeroU32::new(5).unwrap(),
-        fixed_depth: 5,
-        moving_depth: 4,
-        send_pairs: true,
-        worker_program: env!("CARGO_BIN_EXE_bumper").into(),
+#[derive(Clone)]
+pub struct Options {
+    pub engine: EngineOptions,
+    /// Of the fixed and of the moving tree.
+    pub cuts: [Cut; 2],
+    pub wanted: Wanted,
+    /// What a worker process runs.
+    pub program: PathBuf,
+}
+
+pub fn options(workers: u32) -> Options {
+    Options {
+        engine: EngineOptions {
+            workers: Some(WorkerCount::new(workers.into()).unwrap()),
+            buffer_scenarios: NonZeroU32::new(5).unwrap(),
+            ..EngineOptions::default()
+        },
+        cuts: [Cut::Depth(5), Cut::Depth(4)],
+        wanted: Wanted { pairs: true, costs: false },
+        program: env!("CARGO_BIN_EXE_bumper").into(),
     }
 }
 
 /// Keeps results, after `on_result` has seen each.
 pub struct Recorder<F> {
     pub answers: Vec<Answer>,
+    pub set_aside: Vec<u32>,
     pub on_result: F,
 }
 
@@ -108,36 +155,53 @@ impl<F: FnMut(u32) -> io::Result<()>> ResultSink for Recorder<F> {
         self.answers.push((scenario, pair_count, pairs_fnv1a64, pairs.to_vec()));
         Ok(())
     }
+
+    fn set_aside(&mut self, scenario: u32) -> io::Result<()> {
+        self.set_aside.push(scenario);
+        Ok(())
+    }
 }
 
 /// Where a run has its files.
 pub struct Place {
-    base: tempfile::TempDir,
+    base: PathBuf,
+    /// Removed with everything in it.
+    _made: Option<tempfile::TempDir>,
 }
 
 impl Place {
     pub fn new() -> Self {
-        Self { base: tempfile::tempdir().unwrap() }
+        let made = tempfile::tempdir().unwrap();
+        Self { base: made.path().to_owned(), _made: Some(made) }
+    }
+
+    /// One that there is already.
+    pub fn at(base: &Path) -> Self {
+        Self { base: base.to_owned(), _made: None }
     }
 
     pub fn base(&self) -> &Path {
-        self.base.path()
+        &self.base
     }
 
-    /// Runs the engine here, then checks that nothing of the run is left: no process, no file.
+    /// Runs the engine here on shared memory, then checks that nothing of it is left: no process,
+    /// no file.
     pub fn run(
         &self,
         scene: &Scene,
-        options: &EngineOptions,
+        options: &Options,
         interrupt: &AtomicBool,
         mut on_result: impl FnMut(u32) -> io::Result<()>,
     ) -> (Result<EngineReport, EngineError>, Vec<Answer>) {
-        let work = scene.work();
-        let transport = SharedMemory::create(self.base(), &needs(&work, options)).unwrap();
+        let transport = SharedMemory::create(self.base(), &needs(&options.engine)).unwrap();
         let prefixes = self.prefixes();
         assert!(!shared_memory_files(&prefixes).is_empty(), "cannot see the run's files");
-        let mut recorder = Recorder { answers: Vec::new(), on_result: &mut on_result };
-        let report = run_over(transport, work, options, &mut recorder, interrupt);
+        let mut recorder =
+            Recorder { answers: Vec::new(), set_aside: vec![], on_result: &mut on_result };
+        let processes = Processes { program: options.program.clone() };
+        let engine = Engine::start(transport, processes, options.engine.clone());
+        let report = engine
+            .and_then(|mut engine| scene.run_on(&mut engine, options, &mut recorder, interrupt));
         assert_eq!(shared_memory_files(&prefixes), [""; 0]);
         assert_eq!(self.prefixes(), [""; 0]);
         assert_eq!(self.workers(), BTreeSet::new());
@@ -146,7 +210,10 @@ impl Place {
 
     /// Prefixes in shared memory of the runs that have a directory here.
     pub fn prefixes(&self) -> Vec<String> {
-        let Some(home) = names(self.base()).pop() else { return Vec::new() };
+        let is_directory = |name: &String| self.base().join(name).is_dir();
+        let Some(home) = names(self.base()).into_iter().find(is_directory) else {
+            return Vec::new();
+        };
         let runs = names(&self.base().join(&home)).into_iter();
         let user = home.replace('-', "_");
         runs.filter_map(|run| Some(format!("{user}_{}_", run.strip_prefix("run-")?))).collect()
@@ -174,10 +241,16 @@ fn names(directory: &Path) -> Vec<String> {
     entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect()
 }
 
+/// Whether there was such a process.
+pub fn signal(pid: u32, signal: &str) -> bool {
+    let mut command = std::process::Command::new("kill");
+    command.args([signal, &pid.to_string()]).stderr(std::process::Stdio::null());
+    command.status().unwrap().success()
+}
+
 /// Returns when the process has no memory any more.
 pub fn kill(pid: u32) {
-    let status = std::process::Command::new("kill").args(["-9", &pid.to_string()]).status();
-    assert!(status.unwrap().success(), "no process {pid}");
+    assert!(signal(pid, "-KILL"), "no process {pid}");
     while std::fs::read(format!("/proc/{pid}/cmdline")).is_ok_and(|line| !line.is_empty()) {
         std::thread::yield_now();
     }

@@ -5,17 +5,23 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 
 use crate::geometry::Point;
 
-pub(super) struct Draw(ChaCha8Rng);
+#[derive(Debug)]
+pub(crate) struct Draw(ChaCha8Rng);
 
 impl Draw {
     /// The key is the seed's little-endian bytes and zeros, rather than the generator's own
     /// expansion of a seed, which other versions of it may change.
-    pub(super) fn of_scenario(seed: u64, scenario: u32) -> Self {
+    pub(crate) fn of_scenario(seed: u64, scenario: u32) -> Self {
         let mut key = [0; 32];
         key[..8].copy_from_slice(&seed.to_le_bytes());
         let mut generator = ChaCha8Rng::from_seed(key);
         generator.set_stream(u64::from(scenario));
         Self(generator)
+    }
+
+    /// Below `count`, which is not 0. The smaller numbers are likelier by less than `count` / 2^64.
+    pub(crate) fn below(&mut self, count: u64) -> u64 {
+        self.0.next_u64() % count
     }
 
     /// In [0, 1), a multiple of 2^-53.

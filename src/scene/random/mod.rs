@@ -26,7 +26,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use rayon::prelude::*;
 
 use self::approach::Approach;
-use self::draw::Draw;
+pub(crate) use self::draw::Draw;
 use super::Penetration;
 use crate::geometry::Pose;
 use crate::mesh::TriangleMesh;

@@ -1,114 +1,123 @@
-//! One run, from the first process started to the last result delivered.
+//! One run: what is with whom, and what has come back.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use super::{EngineError, EngineOptions, ResultSink, ScenarioResult, Work};
-use crate::scheduler::assignment::Assignment;
-use crate::scheduler::collection::{Collection, Outcome, Said};
+use super::engine::{Engine, TreeKey};
+use super::start::longest_batch;
+use super::supply::Supply;
+use super::{EngineError, ResultSink, ScenarioResult, Work};
+use crate::scene::StartFrom;
+use crate::scheduler::assignment::{Assignment, BufferLimits};
+use crate::scheduler::collection::{BadReply, Collection, Outcome, Said};
 use crate::scheduler::engine_report::{EngineReport, WorkerReport};
 use crate::scheduler::jobs_submitter::JobsSubmitter;
-use crate::scheduler::local_client::Indicators;
-use crate::scheduler::worker_process::WorkerProcess;
-use crate::transport::{MasterEnd, WorkerId};
-use crate::tree::roots::PreAnalysis;
-use crate::wire::{JobHeader, ScenarioRecord, TreeHashes};
-use crate::workers::{FIXED_MESH, MOVING_MESH};
+use crate::scheduler::launch::Launch;
+use crate::scheduler::local_client::{Analysis, Buffered, LocalClient, NewTask};
+use crate::scheduler::matchmaker::Matchmaker;
+use crate::scheduler::memory;
+use crate::transport::{MasterEnd, Traffic};
+use crate::tree::TreeImage;
+use crate::tree::roots::{PreAnalysis, RootPair};
+use crate::wire::{Job, JobHeader, ScenarioRecord};
 
-/// How soon an interrupt and a late worker are noticed. Everything else wakes the master.
+/// How soon an interrupt and a late or silent worker are noticed. Everything else wakes the master.
 const TICK: Duration = Duration::from_millis(100);
-/// Attaching and validating both trees takes milliseconds; a machine under load gets its time.
-const READY_DEADLINE: Duration = Duration::from_secs(30);
+/// After an interrupt, for what workers are at to be answered.
+const GRACE: Duration = Duration::from_secs(1);
 
-/// A worker as a process, beside the [`LocalClient`] of the same index.
-pub(super) struct Worker {
-    pub(super) id: WorkerId,
-    /// `None` once it has ended and been reaped.
-    pub(super) process: Option<WorkerProcess>,
-    pub(super) started: Instant,
-}
-
-pub(super) struct Session<'a, T> {
-    /// Before the transport, so that no worker is alive when its files are removed.
-    pub(super) workers: Vec<Worker>,
-    pub(super) transport: T,
-    work: Work<'a>,
-    options: &'a EngineOptions,
-    pub(super) assignment: Assignment,
-    pub(super) collection: Collection,
-    /// With one worker there is nothing to match.
-    submitter: Option<JobsSubmitter<'a>>,
-    pub(super) report: EngineReport,
+pub(super) struct Session<'e, T: MasterEnd, L: Launch<T::Attach>> {
+    engine: &'e mut Engine<T, L>,
+    work: &'e Work<'e>,
+    /// The fixed and the moving one.
+    trees: [u32; 2],
+    supply: Supply<'e>,
+    assignment: Assignment,
+    collection: Collection,
+    submitter: JobsSubmitter<'e>,
+    report: EngineReport,
+    /// Bytes of both trees.
+    tree_bytes: usize,
+    traffic_before: Vec<Traffic>,
     pre_analysis: Duration,
-    start: Option<Instant>,
+    matching: Duration,
+    begin: Instant,
     first_batch: Option<Instant>,
     last_answers: Option<Instant>,
-    pub(super) ready_deadline: Duration,
-    /// Of the worker that died last.
-    pub(super) last_words: String,
 }
 
-impl<'a, T: MasterEnd> Session<'a, T> {
+impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
+    /// Takes the engine's clients for the time of the run.
     pub(super) fn new(
-        transport: T,
-        work: Work<'a>,
-        options: &'a EngineOptions,
+        engine: &'e mut Engine<T, L>,
+        work: &'e Work<'e>,
+        keys: [TreeKey; 2],
+        trees: [u32; 2],
+        images: [&'e TreeImage; 2],
     ) -> Result<Self, EngineError> {
         let scenarios = u32::try_from(work.poses.len())
             .map_err(|_| EngineError::TooManyScenarios(work.poses.len()))?;
-        let workers = options.workers_for(work.poses.len()) as usize;
-        let trees = TreeHashes { fixed: work.fixed.hash(), moving: work.moving.hash() };
-        let report = EngineReport {
-            transport: transport.name(),
-            workers: vec![WorkerReport::default(); workers],
-            ..EngineReport::default()
+        let options = &engine.options;
+        let is_shared = engine.crew.transport.shared_geometry().is_some();
+        let supply = Supply::new(is_shared, options.start_from, keys, images)?;
+        let views = images.map(TreeImage::view);
+        let workers = engine.crew.len();
+        let limits = BufferLimits {
+            scenarios: options.buffer_scenarios.get(),
+            bytes: options
+                .buffer_kilobytes
+                .map_or_else(|| memory::free() / workers as u64, |v| 1000 * v.get()),
         };
-        let submitter = (workers > 1).then(|| {
-            let (fixed_depth, moving_depth) = (options.fixed_depth, options.moving_depth);
-            let analysis = PreAnalysis::new(work.fixed, fixed_depth, work.moving, moving_depth);
-            JobsSubmitter::new(analysis)
-        });
+        let matchmaker =
+            Matchmaker::new(options.matchmaker, limits.scenarios as usize, options.match_seed);
+        let report = EngineReport {
+            transport: engine.crew.transport.name(),
+            matchmaker: options.matchmaker,
+            start_from: supply.start_from(),
+            completed: 0,
+            interrupted: false,
+            set_aside: Vec::new(),
+            bytes_published: engine.bytes_published,
+            bytes_sent: 0,
+            relative_data_transfer: 0.0,
+            publish_s: engine.publish_s,
+            start_workers_s: 0.0,
+            first_result_s: 0.0,
+            scenarios_s: 0.0,
+            pre_analysis_s: 0.0,
+            matching_s: 0.0,
+            workers: vec![WorkerReport::default(); workers],
+        };
+        let clients = std::mem::take(&mut engine.clients);
+        let subtree_bytes = supply.subtree_bytes();
+        let traffic_before = (0..workers).map(|client| engine.crew.traffic(client)).collect();
         Ok(Self {
-            workers: Vec::with_capacity(workers),
-            transport,
+            engine,
             work,
-            options,
-            assignment: Assignment::new(workers, scenarios, options.buffer_scenarios.get()),
-            collection: Collection::new(workers, trees, options.send_pairs),
-            submitter,
+            trees,
+            supply,
+            assignment: Assignment::new(clients, scenarios, limits, matchmaker, subtree_bytes),
+            collection: Collection::new(workers, trees, views, work.wanted),
+            submitter: JobsSubmitter::new(PreAnalysis::new(
+                views[0],
+                keys[0].cut,
+                views[1],
+                keys[1].cut,
+            )),
             report,
+            tree_bytes: images.iter().map(|image| size_of_val(image.blocks())).sum(),
+            traffic_before,
             pre_analysis: Duration::ZERO,
-            start: None,
+            matching: Duration::ZERO,
+            begin: Instant::now(),
             first_batch: None,
             last_answers: None,
-            ready_deadline: READY_DEADLINE,
-            last_words: String::new(),
         })
     }
 
-    pub(super) fn start_workers(&mut self) -> Result<(), EngineError> {
-        self.start = Some(Instant::now());
-        for slot in 0..self.options.workers_for(self.work.poses.len()) {
-            let id = WorkerId { slot, incarnation: 0 };
-            let attach = self.transport.open(id)?;
-            let program = &self.options.worker_program;
-            let process = WorkerProcess::start(program, &attach)
-                .map_err(|source| EngineError::StartWorker { program: program.clone(), source })?;
-            tracing::debug!("worker {id} is process {}", process.pid());
-            self.workers.push(Worker { id, process: Some(process), started: Instant::now() });
-        }
-        Ok(())
-    }
-
-    /// After the workers were started: their attaching overlaps with it.
-    pub(super) fn publish(&mut self) -> Result<(), EngineError> {
-        let begin = Instant::now();
-        for (mesh, tree) in [(FIXED_MESH, self.work.fixed), (MOVING_MESH, self.work.moving)] {
-            self.report.bytes_published +=
-                self.transport.publish(mesh, bytemuck::cast_slice(tree.blocks()))?;
-        }
-        self.report.publish_s = begin.elapsed().as_secs_f64();
-        Ok(())
+    /// Gives the clients back.
+    pub(super) fn into_clients(self) -> Vec<LocalClient> {
+        self.assignment.clients
     }
 
     /// Returns whether it was interrupted.
@@ -117,133 +126,288 @@ impl<'a, T: MasterEnd> Session<'a, T> {
         sink: &mut dyn ResultSink,
         interrupt: &AtomicBool,
     ) -> Result<bool, EngineError> {
+        for client in 0..self.engine.crew.len() {
+            if self.assignment.clients[client].is_ready() {
+                self.introduce(client)?;
+            }
+        }
         while !self.is_everything_answered() {
             if interrupt.load(Ordering::Relaxed) {
                 self.assignment.stop_at(0);
                 return Ok(true);
             }
             self.give_work()?;
-            self.wait(TICK)?;
-            self.collect()?;
-            self.bury_the_dead()?;
-            self.deliver(sink)?;
-            self.assignment.delivered(self.collection.delivered());
+            self.listen(TICK, sink)?;
             if !self.assignment.is_anyone_alive() && !self.is_everything_answered() {
-                let (completed, last) = (self.report.completed, self.last_words.clone());
-                return Err(EngineError::AllWorkersDied { completed, last });
+                let last = self.engine.crew.last_words.clone();
+                return Err(EngineError::AllWorkersDied { completed: self.report.completed, last });
             }
-            self.end_late_starters();
+            self.lose_patience();
         }
         Ok(false)
+    }
+
+    /// Takes what comes, and deals with who has died.
+    fn listen(&mut self, limit: Duration, sink: &mut dyn ResultSink) -> Result<(), EngineError> {
+        self.engine.crew.wait(limit)?;
+        for client in 0..self.engine.crew.len() {
+            self.collect_from(client)?;
+            self.bury(client)?;
+        }
+        self.deliver(sink)?;
+        self.assignment.delivered(self.collection.delivered());
+        Ok(())
     }
 
     fn is_everything_answered(&self) -> bool {
         self.collection.delivered() as usize == self.work.poses.len()
     }
 
+    /// Tells a worker of both trees.
+    fn introduce(&mut self, client: usize) -> Result<(), EngineError> {
+        for (side, tree) in self.trees.into_iter().enumerate() {
+            if self.engine.crew.tells_of(client, tree) {
+                let header = JobHeader::add_tree(tree);
+                let body = self.supply.tree(side);
+                self.engine.crew.send(client, &[bytemuck::bytes_of(&header), &body])?;
+            }
+        }
+        Ok(())
+    }
+
     /// Fills the buffers of unclaimed clients, and sends those that are full.
     fn give_work(&mut self) -> Result<(), EngineError> {
-        while self.assignment.is_anyone_unclaimed() {
-            let Some(scenario) = self.assignment.next_scenario() else { break };
-            let indicators = self.pre_analyse(scenario);
-            self.assignment.assign(scenario, &indicators).expect("somebody is unclaimed");
+        while let Some(scenario) = self.assignment.next_scenario() {
+            if !self.assignment.can_assign(scenario) {
+                break;
+            }
+            let analysis = self.analyse(scenario);
+            let begin = Instant::now();
+            self.assignment.assign(scenario, analysis).expect("somebody takes it");
+            self.matching += begin.elapsed();
             self.send_tasks()?;
         }
         self.send_tasks()
     }
 
-    /// Which geometry a scenario needs matters only to the choice of a client. A worker has all of
-    /// it in place: what it was given without a match is not noted.
-    fn pre_analyse(&mut self, scenario: u32) -> Indicators {
-        match &mut self.submitter {
-            Some(submitter) if self.assignment.has_choice() => {
-                let begin = Instant::now();
-                let indicators = submitter.indicators(&self.work.poses[scenario as usize]);
-                self.pre_analysis += begin.elapsed();
-                indicators
-            }
-            _ => Indicators::default(),
+    /// What is known of a scenario that is descended from the top and has one client to go to
+    /// changes nothing: then nothing is found out.
+    fn analyse(&mut self, scenario: u32) -> Analysis {
+        let from_roots = self.supply.start_from() == StartFrom::RootPairs;
+        if !from_roots && !self.assignment.wants_scores(scenario) {
+            return Analysis::default();
         }
+        let begin = Instant::now();
+        let pose = &self.work.poses[scenario as usize];
+        let analysis = self.submitter.analyse(pose, from_roots);
+        self.pre_analysis += begin.elapsed();
+        analysis
     }
 
     /// To every client with a full buffer: what counts as full changes for all of them.
     fn send_tasks(&mut self) -> Result<(), EngineError> {
-        (0..self.workers.len()).try_for_each(|client| self.send_task(client))
-    }
-
-    fn send_task(&mut self, client: usize) -> Result<(), EngineError> {
-        let Some((task, scenarios)) = self.assignment.take_task(client) else { return Ok(()) };
-        let pose = |scenario: u32| self.work.poses[scenario as usize];
-        let records: Vec<_> = scenarios.iter().map(|&s| ScenarioRecord::new(s, pose(s))).collect();
-        let header = JobHeader::scenarios(task, records.len() as u32, self.options.send_pairs);
-        self.first_batch.get_or_insert_with(Instant::now);
-        self.report.workers[client].batches += 1;
-        let parts = [bytemuck::bytes_of(&header), bytemuck::cast_slice(&records)];
-        self.send_or_kill(client, &parts)
-    }
-
-    pub(super) fn wait(&mut self, limit: Duration) -> Result<(), EngineError> {
-        let processes = self.workers.iter().filter_map(|worker| worker.process.as_ref());
-        let watched: Vec<_> = processes.map(WorkerProcess::death_notice).collect();
-        Ok(self.transport.wait(&watched, limit)?)
-    }
-
-    pub(super) fn collect(&mut self) -> Result<(), EngineError> {
-        (0..self.workers.len()).try_for_each(|client| self.collect_from(client))
-    }
-
-    pub(super) fn collect_from(&mut self, client: usize) -> Result<(), EngineError> {
-        let Worker { id, process: Some(_), .. } = self.workers[client] else { return Ok(()) };
-        let (collection, assignment) = (&mut self.collection, &mut self.assignment);
-        let mut outcome = Ok(None);
-        self.transport.receive(id, &mut |message| {
-            if outcome.is_ok() {
-                outcome = collection.take(client, message, assignment).map(Some);
+        for client in 0..self.engine.crew.len() {
+            if let Some(task) = self.assignment.take_task(client) {
+                self.send_task(client, &task)?;
             }
-        })?;
-        match outcome {
-            Ok(None) => {}
-            Ok(Some(Said::Answers)) => self.last_answers = Some(Instant::now()),
-            Ok(Some(Said::Ready)) => {
-                let since = self.start.expect("a ready worker was started");
-                self.report.start_workers_s = since.elapsed().as_secs_f64();
-            }
-            Err(source) => return Err(EngineError::BadReply { worker: id, source }),
         }
         Ok(())
     }
 
-    pub(super) fn deliver(&mut self, sink: &mut dyn ResultSink) -> Result<(), EngineError> {
+    /// The subtrees that the worker lacks, then the scenarios.
+    fn send_task(&mut self, client: usize, task: &NewTask) -> Result<(), EngineError> {
+        if self.assignment.clients[client].tasks() == 1 {
+            self.engine.crew.begins(client);
+        }
+        self.first_batch.get_or_insert_with(Instant::now);
+        for (side, roots) in task.subtrees.iter().enumerate() {
+            for &root in roots {
+                let header = JobHeader::add_subtree(self.trees[side]);
+                let body = self.supply.subtree(side, root);
+                self.report.workers[client].geometry_bytes_copied += body.len() as u64;
+                self.engine.crew.send(client, &[bytemuck::bytes_of(&header), &body])?;
+            }
+        }
+        self.report.workers[client].batches += 1;
+        self.send_batch(client, task)
+    }
+
+    fn send_batch(&mut self, client: usize, task: &NewTask) -> Result<(), EngineError> {
+        let root_pairs = task.batch.iter().map(|buffered| buffered.root_pairs.len()).sum();
+        let from_roots = match self.supply.start_from() {
+            StartFrom::Top => false,
+            // Who sees the whole trees can do without.
+            StartFrom::RootPairs => {
+                !self.supply.is_in_place()
+                    || Job::batch_bytes(task.batch.len(), root_pairs)
+                        <= longest_batch(&self.engine.options)
+            }
+        };
+        let record = |scenario: u32, root_pairs: usize| {
+            let pose = self.work.poses[scenario as usize];
+            ScenarioRecord::with_root_pairs(scenario, pose, root_pairs as u32)
+        };
+        let roots_of = |buffered: &'_ Buffered| -> Vec<RootPair> {
+            if from_roots { buffered.root_pairs.clone() } else { Vec::new() }
+        };
+        let roots: Vec<_> = task.batch.iter().map(roots_of).collect();
+        let records: Vec<_> =
+            task.batch.iter().zip(&roots).map(|(b, r)| record(b.scenario, r.len())).collect();
+        let root_pairs = roots.concat();
+        let count = records.len() as u32;
+        let header =
+            JobHeader::scenarios(task.number, self.trees, count, from_roots, self.work.wanted);
+        self.engine.crew.send(
+            client,
+            &[
+                bytemuck::bytes_of(&header),
+                bytemuck::cast_slice(&records),
+                bytemuck::cast_slice(&root_pairs),
+            ],
+        )
+    }
+
+    fn collect_from(&mut self, client: usize) -> Result<(), EngineError> {
+        let (collection, assignment) = (&mut self.collection, &mut self.assignment);
+        let mut heard = Heard::default();
+        self.engine.crew.receive(client, &mut |message| {
+            heard.take(collection.take(client, message, assignment));
+        })?;
+        self.act_on(client, heard)
+    }
+
+    fn act_on(&mut self, client: usize, heard: Heard) -> Result<(), EngineError> {
+        if heard.is_ready {
+            let since_start = self.engine.started.elapsed().as_secs_f64();
+            self.report.start_workers_s = self.report.start_workers_s.max(since_start);
+            self.introduce(client)?;
+        }
+        if heard.has_answers {
+            let now = Instant::now();
+            if self.last_answers.replace(now).is_none() {
+                self.report.first_result_s = (now - self.begin).as_secs_f64();
+            }
+        }
+        match heard.bad {
+            None => Ok(()),
+            Some(source) => {
+                Err(EngineError::BadReply { worker: self.engine.crew.id(client), source })
+            }
+        }
+    }
+
+    /// Results first, then what is left of the work: a worker's last replies outlive it.
+    fn bury(&mut self, client: usize) -> Result<(), EngineError> {
+        let Some(how) = self.engine.crew.ended(client)? else { return Ok(()) };
+        self.engine.crew.obituary(client, &how);
+        let (collection, assignment) = (&mut self.collection, &mut self.assignment);
+        let mut heard = Heard::default();
+        self.engine.crew.let_go(client, &mut |message| {
+            heard.take(collection.take(client, message, assignment));
+        })?;
+        self.act_on(client, Heard { is_ready: false, ..heard })?;
+        self.report.workers[client].died = true;
+        self.engine.forget_given(client);
+        self.collection.client_died(client);
+        for scenario in self.assignment.client_died(client) {
+            tracing::warn!("scenario {scenario} is set aside: every worker at it has died");
+            self.collection.set_aside(scenario);
+        }
+        if self.engine.crew.replace(client)? {
+            self.assignment.clients[client].restart();
+        }
+        Ok(())
+    }
+
+    fn lose_patience(&mut self) {
+        for (client, state) in self.assignment.clients.iter().enumerate() {
+            if state.is_starting() {
+                self.engine.crew.end_late_starter(client);
+            } else if state.tasks() > 0 {
+                self.engine.crew.end_silent(client, self.engine.options.patience);
+            }
+        }
+    }
+
+    fn deliver(&mut self, sink: &mut dyn ResultSink) -> Result<(), EngineError> {
         while let Some((scenario, outcome)) = self.collection.pop() {
-            let (client, record, pairs) = match outcome {
-                Outcome::Answered { client, record, pairs } => (client, record, pairs),
+            match outcome {
                 Outcome::Overflow { triangle } => {
                     return Err(EngineError::Overflow { scenario, triangle });
                 }
-            };
-            let report = &mut self.report.workers[client];
-            report.scenarios += 1;
-            report.compute_s += Duration::from_nanos(record.compute_ns).as_secs_f64();
-            let result = ScenarioResult {
-                scenario,
-                pair_count: record.pair_count,
-                pairs_fnv1a64: record.pairs_fnv1a64,
-                compute_ns: record.compute_ns,
-                worker: client as u32,
-                pairs: &pairs,
-            };
-            sink.accept(result).map_err(EngineError::Sink)?;
-            self.report.completed += 1;
+                Outcome::SetAside => {
+                    sink.set_aside(scenario).map_err(EngineError::Sink)?;
+                    self.report.set_aside.push(scenario);
+                }
+                Outcome::Answered { client, record, cost, pairs } => {
+                    let report = &mut self.report.workers[client];
+                    report.scenarios += 1;
+                    report.compute_s += Duration::from_nanos(record.compute_ns).as_secs_f64();
+                    let result = ScenarioResult {
+                        scenario,
+                        pair_count: record.pair_count,
+                        pairs_fnv1a64: record.pairs_fnv1a64,
+                        compute_ns: record.compute_ns,
+                        cost,
+                        worker: client as u32,
+                        pairs: &pairs,
+                    };
+                    sink.accept(result).map_err(EngineError::Sink)?;
+                    self.report.completed += 1;
+                }
+            }
         }
         Ok(())
     }
 
-    pub(super) fn into_report(mut self, interrupted: bool) -> EngineReport {
-        self.report.interrupted = interrupted;
-        self.report.pre_analysis_s = self.pre_analysis.as_secs_f64();
-        if let (Some(first), Some(last)) = (self.first_batch, self.last_answers) {
-            self.report.scenarios_s = last.saturating_duration_since(first).as_secs_f64();
+    /// After an interrupt waits a little for what workers are at.
+    pub(super) fn end(
+        &mut self,
+        sink: &mut dyn ResultSink,
+        interrupted: bool,
+    ) -> Result<EngineReport, EngineError> {
+        let deadline = Instant::now() + GRACE;
+        while interrupted && self.assignment.clients.iter().any(|client| client.tasks() > 0) {
+            let left = deadline.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                break;
+            }
+            self.listen(left, sink)?;
         }
-        self.report
+        let mut report = self.report.clone();
+        report.interrupted = interrupted;
+        report.pre_analysis_s = self.pre_analysis.as_secs_f64();
+        report.matching_s = self.matching.as_secs_f64();
+        if let (Some(first), Some(last)) = (self.first_batch, self.last_answers) {
+            report.scenarios_s = last.saturating_duration_since(first).as_secs_f64();
+        }
+        for (client, worker) in report.workers.iter_mut().enumerate() {
+            let (now, before) = (self.engine.crew.traffic(client), self.traffic_before[client]);
+            worker.message_bytes =
+                now.to_worker + now.from_worker - before.to_worker - before.from_worker;
+            worker.restarts = self.engine.crew.restarts(client);
+        }
+        report.bytes_sent = report.workers.iter().map(|w| w.geometry_bytes_copied).sum();
+        report.relative_data_transfer = report.bytes_sent as f64 / self.tree_bytes as f64;
+        Ok(report)
+    }
+}
+
+/// What a worker's messages said.
+#[derive(Default)]
+struct Heard {
+    is_ready: bool,
+    has_answers: bool,
+    bad: Option<BadReply>,
+}
+
+impl Heard {
+    fn take(&mut self, said: Result<Said, BadReply>) {
+        match said {
+            Ok(Said::Ready) => self.is_ready = true,
+            Ok(Said::Tree) => {}
+            Ok(Said::Answers) => self.has_answers = true,
+            Err(bad) => self.bad = self.bad.take().or(Some(bad)),
+        }
     }
 }

@@ -1,0 +1,261 @@
+use proptest::prelude::*;
+
+use super::super::indicator::tests::row;
+use super::*;
+use crate::scene::MatchRule;
+
+fn run_of(clients: usize, scenarios: u32, q: u32) -> Assignment {
+    let clients = (0..clients).map(|_| LocalClient::default()).collect();
+    let limits = BufferLimits { scenarios: q, bytes: u64::MAX };
+    let matchmaker = Matchmaker::new(MatchRule::Best, q as usize, 0);
+    let mut assignment =
+        Assignment::new(clients, scenarios, limits, matchmaker, SubtreeBytes::default());
+    assignment.clients.iter_mut().for_each(|client| client.ready().unwrap());
+    assignment
+}
+
+fn assign_next(assignment: &mut Assignment) -> Option<usize> {
+    let scenario = assignment.next_scenario()?;
+    assignment.assign(scenario, Analysis::default())
+}
+
+fn of(indicators: &Indicators) -> Analysis {
+    Analysis { indicators: indicators.clone(), root_pairs: Vec::new() }
+}
+
+/// The number of a task and its scenarios.
+fn take_task(assignment: &mut Assignment, client: usize) -> Option<(u64, Vec<u32>)> {
+    let task = assignment.take_task(client)?;
+    Some((task.number, task.batch.iter().map(|buffered| buffered.scenario).collect()))
+}
+
+fn answer_all(assignment: &mut Assignment, client: usize, (task, scenarios): (u64, Vec<u32>)) {
+    for scenario in scenarios {
+        assignment.clients[client].answered(task, scenario).unwrap();
+    }
+    assignment.clients[client].end_task(task).unwrap();
+}
+
+#[test]
+fn scenarios_of_table_1_go_to_the_client_that_has_their_geometry() {
+    let mut assignment = run_of(2, 1000, 20);
+    let rows = [
+        [row(0, &[0, 0, 0, 0, 1, 4]), row(1, &[2, 0, 14, 6])],
+        [row(0, &[0, 11, 0, 1, 1, 0]), row(1, &[2, 1, 14, 6])],
+        [row(0, &[0, 0, 0, 0, 0, 0]), row(1, &[0, 0, 0, 0])],
+        [row(0, &[0, 11, 0, 1, 1, 0]), row(1, &[0, 1, 0, 6])],
+    ];
+    // The third matches nobody and goes to the emptier buffer, the others to what they know.
+    let chosen: Vec<_> =
+        (0..).zip(&rows).map(|(n, row)| assignment.assign(n, of(row)).unwrap()).collect();
+    assert_eq!(chosen, [0, 0, 1, 0]);
+}
+
+#[test]
+fn a_buffer_is_sent_when_it_holds_q_scenarios() {
+    let mut assignment = run_of(1, 1000, 3);
+    for count in 1..=3 {
+        assert!(assignment.take_task(0).is_none(), "sent with {}", count - 1);
+        assign_next(&mut assignment);
+    }
+    assert_eq!(take_task(&mut assignment, 0), Some((0, vec![0, 1, 2])));
+}
+
+#[test]
+fn tasks_shrink_towards_the_end() {
+    let mut assignment = run_of(2, 100, 20);
+    let mut sizes = Vec::new();
+    let mut send_and_answer = |assignment: &mut Assignment, client: usize| {
+        let Some(task) = take_task(assignment, client) else { return };
+        sizes.push(task.1.len());
+        answer_all(assignment, client, task);
+    };
+    while assign_next(&mut assignment).is_some() {
+        (0..2).for_each(|client| send_and_answer(&mut assignment, client));
+    }
+    assert_eq!(sizes.iter().sum::<usize>(), 100);
+    assert!(sizes.is_sorted_by(|a, b| a >= b), "{sizes:?}");
+    assert_eq!((sizes[0], sizes[sizes.len() - 1]), (20, 1), "{sizes:?}");
+}
+
+#[test]
+fn idle_clients_come_before_better_matching_busy_ones() {
+    let mut assignment = run_of(2, 1000, 1);
+    let geometry = [row(0, &[0, 11, 0, 0, 0, 0]), row(1, &[2, 0, 0, 0])];
+    assert_eq!(assignment.assign(0, of(&geometry)), Some(0));
+    assert!(assignment.take_task(0).is_some());
+    assert_eq!(assignment.assign(1, of(&geometry)), Some(1));
+}
+
+#[test]
+fn there_is_a_choice_only_among_clients_that_could_take_the_scenario_equally_soon() {
+    let mut assignment = run_of(2, 1000, 1);
+    assert!(assignment.wants_scores(5));
+    assert_eq!(assign_next(&mut assignment), Some(0));
+    assert!(assignment.take_task(0).is_some());
+    assert!(!assignment.wants_scores(5), "one is idle, the other has a task");
+    assert_eq!(assign_next(&mut assignment), Some(1));
+    assert!(assignment.take_task(1).is_some());
+    assert!(assignment.wants_scores(5));
+    assignment.client_died(1);
+    assert!(!assignment.wants_scores(5));
+}
+
+#[test]
+fn what_a_dead_client_had_goes_first_to_the_others() {
+    let mut assignment = run_of(2, 1000, 2);
+    assign_next(&mut assignment);
+    assignment.clients[1].push(1, Analysis::default(), &SubtreeBytes::default());
+    assignment.next = 2;
+    assignment.client_died(0);
+    assert_eq!(assignment.next_scenario(), Some(0));
+    assert_eq!(assign_next(&mut assignment), Some(1));
+    assert_eq!(assignment.next_scenario(), Some(2));
+    assignment.client_died(1);
+    assert!(!assignment.is_anyone_alive());
+    assert_eq!(assign_next(&mut assignment), None);
+}
+
+#[test]
+fn nothing_beyond_the_end_is_given_away() {
+    let mut assignment = run_of(1, 1000, 2);
+    assign_next(&mut assignment);
+    assignment.stop_at(1);
+    assert_eq!(assignment.next_scenario(), None);
+    assert_eq!(take_task(&mut assignment, 0), Some((0, vec![0])), "nothing more will come");
+}
+
+#[test]
+fn nothing_is_given_away_far_ahead_of_a_missing_result() {
+    let mut assignment = run_of(2, u32::MAX, 3);
+    assignment.ahead = 10;
+    for scenario in 0..3 {
+        assignment.clients[0].push(scenario, Analysis::default(), &SubtreeBytes::default());
+    }
+    assignment.next = 3;
+    assert_eq!(take_task(&mut assignment, 0), Some((0, vec![0, 1, 2])));
+    for scenarios in [&[3, 4, 5][..], &[6, 7, 8], &[9]] {
+        scenarios.iter().for_each(|_| assert_eq!(assign_next(&mut assignment), Some(1)));
+        let task = take_task(&mut assignment, 1).unwrap();
+        assert_eq!(task.1, scenarios, "a buffer that nothing more comes for is not held back");
+        answer_all(&mut assignment, 1, task);
+    }
+    assert_eq!(assignment.next_scenario(), None);
+    assignment.delivered(1);
+    assert_eq!(assignment.next_scenario(), Some(10));
+}
+
+#[test]
+fn a_buffer_is_sent_when_its_subtrees_make_v_bytes() {
+    let mut assignment = run_of(1, 1000, 20);
+    assignment.limits.bytes = 5000;
+    assignment.subtree_bytes = [vec![1000; 6], vec![1000; 4]];
+    let geometry = |first: &[u32]| of(&[row(0, first), row(1, &[0, 0, 14, 6])]);
+    assignment.assign(0, geometry(&[1, 0, 0, 0, 0, 0]));
+    assert!(assignment.take_task(0).is_none(), "3000 bytes");
+    assignment.assign(1, geometry(&[1, 11, 0, 0, 0, 0]));
+    assert!(assignment.take_task(0).is_none(), "4000 bytes, the others are there already");
+    assignment.assign(2, geometry(&[0, 0, 1, 0, 0, 0]));
+    assert_eq!(take_task(&mut assignment, 0), Some((0, vec![0, 1, 2])));
+}
+
+#[test]
+fn scenarios_of_a_task_that_a_client_died_at_go_alone_and_then_last() {
+    let mut assignment = run_of(2, 10, 2);
+    for scenario in 0..2 {
+        assignment.clients[0].push(scenario, Analysis::default(), &SubtreeBytes::default());
+    }
+    assignment.next = 2;
+    let task = take_task(&mut assignment, 0).unwrap();
+    assignment.clients[0].answered(task.0, 0).unwrap();
+    assert_eq!(assign_next(&mut assignment), Some(1), "scenario 2 is buffered");
+    assert!(assignment.client_died(0).is_empty());
+
+    assert_eq!(assignment.next_scenario(), Some(1));
+    assert!(!assignment.can_assign(1), "it does not go with others");
+    assert_eq!(take_task(&mut assignment, 1), Some((1, vec![2])), "so these go first");
+    assert_eq!(assign_next(&mut assignment), Some(1));
+    answer_all(&mut assignment, 1, (1, vec![2]));
+    assert_eq!(take_task(&mut assignment, 1), Some((2, vec![1])));
+    assert!(assignment.client_died(1).is_empty());
+
+    for client in &mut assignment.clients {
+        client.restart();
+        client.ready().unwrap();
+    }
+    let mut order = Vec::new();
+    while let Some(scenario) = assignment.next_scenario() {
+        assign_next(&mut assignment);
+        for client in 0..2 {
+            let Some(task) = take_task(&mut assignment, client) else { continue };
+            order.extend_from_slice(&task.1);
+            if task.1 != [1] {
+                answer_all(&mut assignment, client, task);
+            }
+        }
+        assert!(order.contains(&scenario) || !assignment.clients.iter().all(|c| c.buffered() == 0));
+    }
+    assert_eq!(order, [3, 4, 5, 6, 7, 8, 9, 1]);
+    let client = (0..2).find(|&client| assignment.clients[client].tasks() == 1).unwrap();
+    assert_eq!(assignment.client_died(client), [1], "the third death");
+    assert_eq!(assignment.next_scenario(), None);
+}
+
+proptest! {
+    /// Any order of answers, deaths and restarts: every scenario is answered or set aside, and
+    /// that exactly once, unless all clients die.
+    #[test]
+    fn every_scenario_is_answered_or_set_aside_exactly_once(
+        clients in 1_usize..5,
+        scenarios in 0_u32..60,
+        q in 1_u32..8,
+        ahead in 1_u32..80,
+        events in prop::collection::vec((0_usize..5, 0_u8..10), 0..400),
+    ) {
+        let mut assignment = run_of(clients, scenarios, q);
+        assignment.ahead = ahead;
+        let mut out: Vec<Vec<(u64, Vec<u32>)>> = vec![Vec::new(); clients];
+        let mut answers = vec![0; scenarios as usize];
+        let mut set_aside = Vec::new();
+        // Random events first, then everybody answers until the end.
+        let rest = (0..clients).cycle().map(|client| (client, 9)).take(1000);
+        for (client, what) in events.into_iter().chain(rest) {
+            let client = client % clients;
+            let mut take_tasks = |assignment: &mut Assignment| {
+                for (client, tasks) in out.iter_mut().enumerate() {
+                    tasks.extend(take_task(assignment, client));
+                }
+            };
+            while assign_next(&mut assignment).is_some() {
+                take_tasks(&mut assignment);
+            }
+            take_tasks(&mut assignment);
+            let alive = assignment.clients.iter().filter(|client| client.is_alive()).count();
+            if what == 0 && alive > 1 {
+                for scenario in assignment.client_died(client) {
+                    set_aside.push(scenario);
+                    answers[scenario as usize] += 1;
+                }
+                let delivered = answers.iter().take_while(|&&count| count == 1).count() as u32;
+                assignment.delivered(delivered);
+                out[client].clear();
+            } else if what == 1 && !assignment.clients[client].is_alive() {
+                assignment.clients[client].restart();
+                assignment.clients[client].ready().unwrap();
+            } else if let Some((task, batch)) = out[client].first_mut() {
+                let scenario = batch.remove(0);
+                assignment.clients[client].answered(*task, scenario).unwrap();
+                answers[scenario as usize] += 1;
+                let delivered = answers.iter().take_while(|&&count| count == 1).count() as u32;
+                assignment.delivered(delivered);
+                prop_assert!(assignment.next <= delivered + ahead);
+                if batch.is_empty() {
+                    assignment.clients[client].end_task(*task).unwrap();
+                    out[client].remove(0);
+                }
+            }
+        }
+        prop_assert!(answers.iter().all(|&count| count == 1), "{:?}", answers);
+        prop_assert!(set_aside.iter().all(|s| assignment.deaths[s] == MOST_DEATHS));
+    }
+}

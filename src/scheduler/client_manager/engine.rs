@@ -1,0 +1,265 @@
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
+
+use super::crew::{Crew, ignore};
+use super::session::Session;
+use super::{EngineError, EngineReport, ResultSink, Work};
+use crate::scene::{EngineOptions, Slowdown};
+use crate::scheduler::indicator::ClientIndicator;
+use crate::scheduler::launch::Launch;
+use crate::scheduler::local_client::LocalClient;
+use crate::transport::MasterEnd;
+use crate::tree::TreeImage;
+use crate::tree::roots::Cut;
+use crate::wire::JobHeader;
+
+/// For a worker to end by itself: it may be in the middle of a batch.
+const GRACE: Duration = Duration::from_secs(1);
+
+/// A mesh of an engine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
+pub struct MeshId(pub(super) u32);
+
+impl std::fmt::Display for MeshId {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+/// A mesh as workers know it. A mesh that is cut in two ways, or that is both the fixed and the
+/// moving one, is two trees.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct TreeKey {
+    pub mesh: MeshId,
+    pub cut: Cut,
+    pub is_moving: bool,
+}
+
+/// Workers, and the meshes that they have. Runs are one after the other, each over any two of the
+/// meshes, which can be added and removed in between.
+pub struct Engine<T: MasterEnd, L: Launch<T::Attach>> {
+    pub(super) crew: Crew<T, L>,
+    pub(super) options: EngineOptions,
+    meshes: BTreeMap<MeshId, Arc<TreeImage>>,
+    next_mesh: u32,
+    /// Their numbers towards the workers.
+    trees: BTreeMap<TreeKey, u32>,
+    next_tree: u32,
+    pub(super) clients: Vec<LocalClient>,
+    /// Per client and tree the distributed roots that it was given.
+    given: Vec<BTreeMap<u32, ClientIndicator>>,
+    pub(super) started: Instant,
+    pub(super) bytes_published: u64,
+    pub(super) publish_s: f64,
+    /// A run ended before its answers had come: some may still come.
+    pub(super) is_stopped: bool,
+}
+
+impl<T: MasterEnd, L: Launch<T::Attach>> Engine<T, L> {
+    /// Starts the workers and does not wait for them: what is to be loaded and built can be
+    /// meanwhile.
+    pub fn start(transport: T, launcher: L, options: EngineOptions) -> Result<Self, EngineError> {
+        let workers = options.worker_count().get() as usize;
+        let mut crew = Crew::new(transport, launcher, options.restarts);
+        for slot in 0..workers {
+            crew.hire(options.slowdowns.get(slot).copied().unwrap_or(Slowdown::NONE))?;
+        }
+        Ok(Self {
+            crew,
+            options,
+            meshes: BTreeMap::new(),
+            next_mesh: 0,
+            trees: BTreeMap::new(),
+            next_tree: 0,
+            clients: (0..workers).map(|_| LocalClient::default()).collect(),
+            given: vec![BTreeMap::new(); workers],
+            started: Instant::now(),
+            bytes_published: 0,
+            publish_s: 0.0,
+            is_stopped: false,
+        })
+    }
+
+    /// Puts the image where all workers can read it, if there is such a place.
+    pub fn add_mesh(&mut self, image: Arc<TreeImage>) -> Result<MeshId, EngineError> {
+        let begin = Instant::now();
+        let mesh = MeshId(self.next_mesh);
+        if let Some(shared) = self.crew.transport.shared_geometry() {
+            let bytes = bytemuck::cast_slice(image.blocks());
+            self.bytes_published += shared.publish(mesh.0, bytes)?;
+        }
+        self.publish_s += begin.elapsed().as_secs_f64();
+        self.next_mesh += 1;
+        self.meshes.insert(mesh, image);
+        Ok(mesh)
+    }
+
+    /// The memory is given back, here and with the workers, as soon as these have noticed.
+    pub fn remove_mesh(&mut self, mesh: MeshId) -> Result<(), EngineError> {
+        self.meshes.remove(&mesh).ok_or(EngineError::NoMesh(mesh))?;
+        let of_mesh = |(key, _): &(TreeKey, u32)| key.mesh == mesh;
+        let trees: Vec<_> = self.trees.iter().map(|(&k, &t)| (k, t)).filter(of_mesh).collect();
+        for (key, tree) in trees {
+            self.trees.remove(&key);
+            for client in 0..self.crew.len() {
+                self.given[client].remove(&tree);
+                if self.crew.takes_away(client, tree) {
+                    self.crew.send(client, &[bytemuck::bytes_of(&JobHeader::remove_tree(tree))])?;
+                }
+            }
+        }
+        if let Some(shared) = self.crew.transport.shared_geometry() {
+            shared.withdraw(mesh.0)?;
+        }
+        Ok(())
+    }
+
+    /// Answers every pose, or says why not. When `interrupt` becomes true, delivers what is already
+    /// answered without a gap, and reports `interrupted`; then there is no other run.
+    pub fn run(
+        &mut self,
+        work: &Work<'_>,
+        sink: &mut dyn ResultSink,
+        interrupt: &AtomicBool,
+    ) -> Result<EngineReport, EngineError> {
+        if self.is_stopped {
+            return Err(EngineError::Stopped);
+        }
+        let fixed = self.image(work.fixed.0)?;
+        let moving = self.image(work.moving.0)?;
+        let kinds = [fixed.view().kind(), moving.view().kind()];
+        if kinds[0] != kinds[1] {
+            return Err(EngineError::Kinds { fixed: kinds[0], moving: kinds[1] });
+        }
+        let images = [&*fixed, &*moving];
+        let keys = [(work.fixed, false), (work.moving, true)]
+            .map(|((mesh, cut), is_moving)| TreeKey { mesh, cut, is_moving });
+        let trees = keys.map(|key| self.tree(key));
+        self.exchange_given(trees);
+        self.is_stopped = true;
+        let mut session = Session::new(self, work, keys, trees, images)?;
+        let outcome =
+            session.serve(sink, interrupt).and_then(|interrupted| session.end(sink, interrupted));
+        self.clients = session.into_clients();
+        self.exchange_given(trees);
+        let report = outcome?;
+        self.is_stopped = report.interrupted;
+        Ok(report)
+    }
+
+    fn image(&self, mesh: MeshId) -> Result<Arc<TreeImage>, EngineError> {
+        self.meshes.get(&mesh).cloned().ok_or(EngineError::NoMesh(mesh))
+    }
+
+    fn tree(&mut self, key: TreeKey) -> u32 {
+        *self.trees.entry(key).or_insert_with(|| {
+            self.next_tree += 1;
+            self.next_tree - 1
+        })
+    }
+
+    /// Puts what each client was given of these trees into its hands, or takes it back.
+    fn exchange_given(&mut self, trees: [u32; 2]) {
+        for (client, given) in self.clients.iter_mut().zip(&mut self.given) {
+            let theirs = trees.map(|tree| given.remove(&tree).unwrap_or_default());
+            let returned = client.exchange_given(theirs);
+            given.extend(trees.into_iter().zip(returned));
+        }
+    }
+
+    /// What a worker that died was given is gone with it.
+    pub(super) fn forget_given(&mut self, client: usize) {
+        self.given[client].clear();
+    }
+}
+
+impl<T: MasterEnd, L: Launch<T::Attach>> Drop for Engine<T, L> {
+    /// Tells every worker to end. Who does not in time, or has not even begun, is ended.
+    fn drop(&mut self) {
+        let terminate = JobHeader::terminate();
+        for client in 0..self.crew.len() {
+            if self.crew.is_here(client) && !self.clients[client].is_starting() {
+                // Who cannot be told is ended below.
+                let _ = self.crew.send(client, &[bytemuck::bytes_of(&terminate)]);
+            } else {
+                let _ = self.crew.let_go(client, &mut ignore);
+            }
+        }
+        let deadline = Instant::now() + GRACE;
+        loop {
+            let left = deadline.saturating_duration_since(Instant::now());
+            for client in 0..self.crew.len() {
+                let _ = self.crew.receive(client, &mut ignore);
+                if left.is_zero() || !matches!(self.crew.ended(client), Ok(None)) {
+                    let _ = self.crew.let_go(client, &mut ignore);
+                }
+            }
+            let is_anyone_here = (0..self.crew.len()).any(|client| self.crew.is_here(client));
+            if !is_anyone_here || self.crew.wait(left).is_err() {
+                return;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::os::unix::fs::PermissionsExt;
+
+    use super::super::ScenarioResult;
+    use super::*;
+    use crate::geometry::Pose;
+    use crate::mesh::TriangleMesh;
+    use crate::scene::WorkerCount;
+    use crate::scheduler::client_manager::needs;
+    use crate::scheduler::launch::Processes;
+    use crate::transport::shared_memory::SharedMemory;
+    use crate::tree::{BuildOptions, TreeKind, build};
+    use crate::wire::Wanted;
+
+    struct NoResults;
+
+    impl ResultSink for NoResults {
+        fn accept(&mut self, _: ScenarioResult<'_>) -> std::io::Result<()> {
+            unreachable!("nobody answers")
+        }
+
+        fn set_aside(&mut self, _: u32) -> std::io::Result<()> {
+            unreachable!("nobody was at a scenario")
+        }
+    }
+
+    #[test]
+    fn a_worker_that_never_becomes_ready_is_ended_and_its_words_are_told() {
+        let base = tempfile::tempdir().unwrap();
+        let program = base.path().join("sleeper");
+        std::fs::write(&program, "#!/bin/sh\necho still waiting >&2\nexec sleep 600\n").unwrap();
+        std::fs::set_permissions(&program, PermissionsExt::from_mode(0o700)).unwrap();
+        let options = EngineOptions {
+            workers: Some(WorkerCount::new(2).unwrap()),
+            restarts: 1,
+            ..EngineOptions::default()
+        };
+        let corner = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        let mesh = TriangleMesh::new(corner.to_vec(), vec![[0, 1, 2]]).unwrap();
+        let tree = Arc::new(build(&mesh, BuildOptions { kind: TreeKind::Obb }));
+        let transport = SharedMemory::create(base.path(), &needs(&options)).unwrap();
+        let mut engine = Engine::start(transport, Processes { program }, options).unwrap();
+        engine.crew.ready_deadline = Duration::from_millis(300);
+        let mesh = (engine.add_mesh(tree).unwrap(), Cut::Depth(0));
+        let poses = [Pose::IDENTITY];
+        let wanted = Wanted::default();
+        let work = Work { fixed: mesh, moving: mesh, poses: &poses, wanted };
+        let go_on = AtomicBool::new(false);
+        let refused = engine.run(&work, &mut NoResults, &go_on).unwrap_err();
+        let EngineError::AllWorkersDied { completed: 0, last } = refused else {
+            panic!("{refused}");
+        };
+        assert!(last.contains("still waiting") && last.contains("SIGKILL"), "{last}");
+        assert!(last.contains("1 (signal") || last.contains(".1 "), "the second one: {last}");
+        let refused = engine.run(&work, &mut NoResults, &go_on).unwrap_err();
+        assert!(matches!(refused, EngineError::Stopped), "{refused}");
+    }
+}

@@ -1,0 +1,81 @@
+//! One worker as a thread of the master.
+
+use std::fs::File;
+use std::io::{self, Write};
+use std::os::fd::{AsFd, BorrowedFd, FromRawFd};
+use std::thread::JoinHandle;
+
+use super::launch::Worker;
+use crate::transport::threads::ThreadWorker;
+use crate::workers::{Role, WorkerError, serve_in_place};
+
+/// Not ended when dropped, because a thread cannot be: it ends by itself when its channel is
+/// closed, at its next message.
+#[derive(Debug)]
+pub struct WorkerThread {
+    thread: Option<JoinHandle<Result<(), WorkerError>>>,
+    death_notice: File,
+    last_words: String,
+}
+
+impl WorkerThread {
+    pub fn start(name: String, end: ThreadWorker, role: Role) -> io::Result<Self> {
+        let death_notice = event()?;
+        let knell = Knell(death_notice.try_clone()?);
+        let thread = std::thread::Builder::new().name(name).spawn(move || {
+            let _knell = knell;
+            serve_in_place(end, role)
+        })?;
+        Ok(Self { thread: Some(thread), death_notice, last_words: String::new() })
+    }
+}
+
+impl Worker for WorkerThread {
+    fn death_notice(&self) -> BorrowedFd<'_> {
+        self.death_notice.as_fd()
+    }
+
+    fn ended(&mut self) -> io::Result<Option<String>> {
+        let Some(thread) = self.thread.take_if(|thread| thread.is_finished()) else {
+            return Ok(None);
+        };
+        self.last_words = match thread.join() {
+            Ok(Ok(())) => "it ended by itself".to_owned(),
+            Ok(Err(error)) => error.to_string(),
+            Err(panic) => panic_message(panic.as_ref()),
+        };
+        Ok(Some("a thread".to_owned()))
+    }
+
+    fn kill(&mut self) {}
+
+    fn last_words(&mut self) -> String {
+        self.last_words.clone()
+    }
+}
+
+fn panic_message(panic: &(dyn std::any::Any + Send)) -> String {
+    let text = panic.downcast_ref::<String>().map(String::as_str);
+    let text = text.or_else(|| panic.downcast_ref::<&str>().copied());
+    format!("it panicked: {}", text.unwrap_or("without a message"))
+}
+
+/// Rings when the thread ends, in whatever way.
+struct Knell(File);
+
+impl Drop for Knell {
+    fn drop(&mut self) {
+        // Fails only when the counter is full, and then it was rung.
+        let _ = self.0.write(&1_u64.to_ne_bytes());
+    }
+}
+
+fn event() -> io::Result<File> {
+    // SAFETY: takes two numbers, and touches no memory.
+    let fd = unsafe { libc::eventfd(0, libc::EFD_CLOEXEC | libc::EFD_NONBLOCK) };
+    if fd < 0 {
+        return Err(io::Error::last_os_error());
+    }
+    // SAFETY: the call has just made this descriptor, and nobody else has it.
+    Ok(unsafe { File::from_raw_fd(fd) })
+}
