@@ -1,6 +1,6 @@
 //! The output directory of a run.
 
-use std::fs::{self, File};
+use std::fs::{self, File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -24,14 +24,21 @@ pub enum OutputError {
         path = path.display()
     )]
     NotOurs { path: PathBuf },
+    #[error(
+        "{path}: a run that is still going on writes its results here: choose another directory, \
+         or wait for its end",
+        path = path.display()
+    )]
+    InUse { path: PathBuf },
 }
 
 /// A directory that results can be written to: a new one, an empty one, or one that holds an
 /// earlier run (its `scenarios.csv` starts with our header). Only files of the three names are ever
-/// replaced, and only when the first results are about to come.
+/// replaced, and only when the first results are about to come. Nobody else has it meanwhile.
 #[derive(Debug)]
 pub struct OutputDir {
     path: PathBuf,
+    lock: File,
 }
 
 impl OutputDir {
@@ -39,21 +46,33 @@ impl OutputDir {
     pub fn prepare(path: &Path) -> Result<Self, OutputError> {
         let unusable = |source| OutputError::Io { path: path.to_owned(), source };
         fs::create_dir_all(path).map_err(unusable)?;
+        let lock = File::open(path).map_err(unusable)?;
+        match lock.try_lock() {
+            Err(TryLockError::WouldBlock) => {
+                return Err(OutputError::InUse { path: path.to_owned() });
+            }
+            // Some file systems cannot lock a directory.
+            Err(TryLockError::Error(error)) => {
+                let path = path.display();
+                tracing::warn!("{path}: no second run is kept from writing here: {error}");
+            }
+            Ok(()) => {}
+        }
         if !is_empty(path).map_err(unusable)? && !holds_a_run(path) {
             return Err(OutputError::NotOurs { path: path.to_owned() });
         }
         // Vanishes at once: only its creation matters.
         tempfile::tempfile_in(path).map_err(unusable)?;
-        Ok(Self { path: path.to_owned() })
+        Ok(Self { path: path.to_owned(), lock })
     }
 
     /// Replaces the files of an earlier run by new ones, `contacts.parquet` only `with_contacts`.
     pub fn start(self, with_contacts: bool) -> Result<ResultFiles, OutputError> {
-        self.replace_files(with_contacts)
-            .map_err(|source| OutputError::Io { path: self.path.clone(), source })
+        let path = self.path.clone();
+        self.replace_files(with_contacts).map_err(|source| OutputError::Io { path, source })
     }
 
-    fn replace_files(&self, with_contacts: bool) -> io::Result<ResultFiles> {
+    fn replace_files(self, with_contacts: bool) -> io::Result<ResultFiles> {
         for path in [SUMMARY, CONTACTS].map(|name| self.path.join(name)) {
             remove_if_there(&path)?;
             remove_if_there(&partial(&path))?;
@@ -62,13 +81,14 @@ impl OutputDir {
         let contacts = with_contacts
             .then(|| ContactsFile::create(&partial(&self.path.join(CONTACTS))))
             .transpose()?;
-        Ok(ResultFiles { folder: self.path.clone(), scenarios, contacts })
+        Ok(ResultFiles { folder: self.path, _lock: self.lock, scenarios, contacts })
     }
 }
 
 /// The files of a run that is going on.
 pub struct ResultFiles {
     folder: PathBuf,
+    _lock: File,
     scenarios: ScenariosCsv,
     contacts: Option<ContactsFile>,
 }
@@ -147,6 +167,18 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_directory_has_one_run_at_a_time() {
+        let place = tempfile::tempdir().unwrap();
+        let refused = || OutputDir::prepare(place.path()).unwrap_err().to_string();
+        let first = OutputDir::prepare(place.path()).unwrap();
+        assert!(refused().contains("still going on"), "{}", refused());
+        let files = first.start(false).unwrap();
+        assert!(refused().contains("still going on"), "{}", refused());
+        drop(files);
+        OutputDir::prepare(place.path()).unwrap();
+    }
+
+    #[test]
     fn contacts_that_do_not_fit_are_an_error_and_leave_no_part() {
         let place = tempfile::tempdir().unwrap();
         let mut files = OutputDir::prepare(place.path()).unwrap().start(true).unwrap();
@@ -157,6 +189,7 @@ mod tests {
             pair_count: 1,
             pairs_fnv1a64: 0,
             compute_ns: 1,
+            cost: None,
             worker: 0,
             pairs: &pairs,
         };
