@@ -2,13 +2,16 @@
 //! of its arguments.
 
 use std::ffi::OsString;
-use std::num::NonZeroU32;
+use std::num::{NonZeroU32, NonZeroU64};
 use std::path::PathBuf;
+use std::time::Duration;
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
 
 use crate::mesh::MeshSource;
-use crate::scene::WorkerCount;
+use crate::scene::{self, Distribution, MatchRule, Slowdown, StartFrom, Transport, WorkerCount};
+use crate::transport::WakeUp;
 
 /// Finds exactly which triangles of two vehicle models touch, in thousands of poses.
 ///
@@ -27,6 +30,11 @@ pub(super) enum Verb {
     /// Look at mesh files
     #[command(subcommand)]
     Mesh(MeshVerb),
+    /// Measure transports and engines
+    #[command(subcommand)]
+    Bench(BenchVerb),
+    /// Remove what killed runs of yours left; living ones are not touched
+    Clean(CleanArgs),
     /// What a run starts for each worker
     #[command(hide = true)]
     Worker {
@@ -35,8 +43,9 @@ pub(super) enum Verb {
     },
 }
 
+/// What is computed, and how.
 #[derive(Args, Default)]
-pub(super) struct RunArgs {
+pub(super) struct SceneArgs {
     /// Scene file (TOML); without one, the default scene. The options below replace its values
     pub scene: Option<PathBuf>,
 
@@ -47,6 +56,22 @@ pub(super) struct RunArgs {
     /// Mesh that is moved: a file, or builtin:car or builtin:tracked
     #[arg(long, value_name = "MESH")]
     pub moving: Option<MeshSource>,
+
+    /// Depth at which the fixed mesh's tree is cut into the subtrees that are handed out
+    #[arg(long, value_name = "D", value_parser = depth, conflicts_with = "fixed_subtree_triangles")]
+    pub fixed_depth: Option<Distribution>,
+
+    /// Or the most triangles of a subtree
+    #[arg(long, value_name = "N", value_parser = subtree_triangles)]
+    pub fixed_subtree_triangles: Option<Distribution>,
+
+    /// As --fixed-depth, of the moving mesh
+    #[arg(long, value_name = "D", value_parser = depth, conflicts_with = "moving_subtree_triangles")]
+    pub moving_depth: Option<Distribution>,
+
+    /// As --fixed-subtree-triangles, of the moving mesh
+    #[arg(long, value_name = "N", value_parser = subtree_triangles)]
+    pub moving_subtree_triangles: Option<Distribution>,
 
     /// Poses of the moving mesh, with the header qw,qx,qy,qz,tx,ty,tz
     #[arg(long, value_name = "CSV")]
@@ -60,9 +85,18 @@ pub(super) struct RunArgs {
     #[arg(long, value_name = "S", conflicts_with = "poses")]
     pub seed: Option<u64>,
 
-    /// Worker processes [default: as many as cores]
+    /// Workers [default: as many as cores]
     #[arg(long, value_name = "N")]
     pub workers: Option<WorkerCount>,
+
+    #[command(flatten)]
+    pub engine: EngineArgs,
+}
+
+#[derive(Args, Default)]
+pub(super) struct RunArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
 
     /// Directory for summary.json and scenarios.csv: new, empty, or of an earlier run, whose files
     /// are replaced
@@ -77,6 +111,10 @@ pub(super) struct RunArgs {
     #[arg(long)]
     pub json: bool,
 
+    /// Run the scenarios with every kind of tree, and print the terms of T = N_b C_b + N_p C_p
+    #[arg(long)]
+    pub stats: bool,
+
     /// Where built trees are kept [default: bumper in the user's cache directory]
     #[arg(long, value_name = "DIR")]
     pub cache_dir: Option<PathBuf>,
@@ -84,6 +122,158 @@ pub(super) struct RunArgs {
     /// Build the trees anew, and keep none
     #[arg(long, conflicts_with = "cache_dir")]
     pub no_cache: bool,
+}
+
+/// As in the scene's `[engine]`.
+#[derive(Args, Default)]
+#[command(next_help_heading = "Engine")]
+pub(super) struct EngineArgs {
+    /// How the master and its workers reach each other: on shared memory, as threads, or over pipes
+    /// or sockets, by which subtrees are sent when they are needed
+    #[arg(long, value_parser = one_of(Transport::ALL.map(|t| (t.name(), t))))]
+    pub transport: Option<Transport>,
+
+    /// Which worker a scenario goes to: with the most similar geometry, any, with the least similar,
+    /// or the most similar weighed by load
+    #[arg(long, value_parser = one_of(MatchRule::ALL.map(|m| (m.name(), m))))]
+    pub matchmaker: Option<MatchRule>,
+
+    /// Of the random matchmaker
+    #[arg(long, value_name = "S")]
+    pub match_seed: Option<u64>,
+
+    /// Scenarios that are sent to a worker at a time
+    #[arg(long, value_name = "Q", value_parser = buffer_scenarios)]
+    pub buffer_scenarios: Option<NonZeroU32>,
+
+    /// Kilobytes of subtrees that are sent to a worker at a time
+    #[arg(long, value_name = "V", value_parser = buffer_kilobytes)]
+    pub buffer_kilobytes: Option<NonZeroU64>,
+
+    /// Where a worker starts a scenario: at the top of both trees, or at the pairs of subtrees that
+    /// the master found
+    #[arg(long, value_parser = one_of(StartFrom::ALL.map(|s| (s.name(), s))))]
+    pub start_from: Option<StartFrom>,
+
+    /// How often another worker is started in the place of one that died
+    #[arg(long, value_name = "N", value_parser = restarts)]
+    pub restarts: Option<u32>,
+
+    /// Seconds after which a worker that answers nothing is ended
+    #[arg(long, value_name = "S", value_parser = patience)]
+    pub patience: Option<Duration>,
+
+    /// How many times slower than it could each worker is to be, from the first: to see balancing
+    #[arg(long, value_name = "FACTOR", value_delimiter = ',')]
+    pub slowdowns: Option<Vec<Slowdown>>,
+}
+
+/// One of the values with a name.
+fn one_of<T: Copy + Send + Sync + 'static, const N: usize>(
+    named: [(&'static str, T); N],
+) -> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(named.map(|(name, _)| name)).map(move |name| {
+        let found = named.iter().find(|(known, _)| *known == name);
+        found.expect("only these names are possible").1
+    })
+}
+
+fn buffer_scenarios(text: &str) -> anyhow::Result<NonZeroU32> {
+    Ok(scene::buffer_scenarios(text.parse()?)?)
+}
+
+fn buffer_kilobytes(text: &str) -> anyhow::Result<NonZeroU64> {
+    Ok(scene::buffer_kilobytes(text.parse()?)?)
+}
+
+fn restarts(text: &str) -> anyhow::Result<u32> {
+    Ok(scene::restarts(text.parse()?)?)
+}
+
+fn patience(text: &str) -> anyhow::Result<Duration> {
+    Ok(scene::patience(text.parse()?)?)
+}
+
+fn depth(text: &str) -> anyhow::Result<Distribution> {
+    Ok(Distribution::at_depth(text.parse()?)?)
+}
+
+fn subtree_triangles(text: &str) -> anyhow::Result<Distribution> {
+    Ok(Distribution::by_triangles(text.parse()?)?)
+}
+
+#[derive(Subcommand)]
+pub(super) enum BenchVerb {
+    /// How long it takes to hand a subtree over to a worker, by size
+    Transport(BenchTransportArgs),
+    /// The same scenarios over each transport, matchmaker and number of workers
+    Engine(Box<BenchEngineArgs>),
+}
+
+#[derive(Args)]
+pub(super) struct BenchTransportArgs {
+    /// Only these transports
+    #[arg(long, value_delimiter = ',', value_parser = one_of(Transport::ALL.map(|t| (t.name(), t))))]
+    pub transport: Vec<Transport>,
+
+    /// Only these ways to wait for a message
+    #[arg(long, value_delimiter = ',', value_parser = one_of(WakeUp::ALL.map(|w| (w.name(), w))))]
+    pub wake_up: Vec<WakeUp>,
+
+    /// Sizes of what is handed over
+    #[arg(
+        long,
+        value_name = "N",
+        value_delimiter = ',',
+        default_values_t = [64, 1024, 16 << 10, 256 << 10, 1 << 20, 8 << 20, 64 << 20]
+    )]
+    pub bytes: Vec<usize>,
+
+    /// Seconds for each combination and size, which takes at least 30 hand-overs
+    #[arg(long, default_value_t = 0.3, value_parser = seconds)]
+    pub seconds: f64,
+
+    /// Draw the one-way times
+    #[arg(long, value_name = "FILE")]
+    pub svg: Option<PathBuf>,
+
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Args)]
+pub(super) struct BenchEngineArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+
+    /// Only these transports
+    #[arg(long, value_delimiter = ',', value_parser = one_of(Transport::ALL.map(|t| (t.name(), t))))]
+    pub over: Vec<Transport>,
+
+    /// Only these matchmakers
+    #[arg(long, value_delimiter = ',', value_parser = one_of(MatchRule::ALL.map(|m| (m.name(), m))))]
+    pub match_rules: Vec<MatchRule>,
+
+    /// With so many workers [default: 1, and as many as there are cores]
+    #[arg(long, value_name = "N", value_delimiter = ',')]
+    pub worker_counts: Vec<WorkerCount>,
+
+    /// Seconds for each combination, which takes at least two runs
+    #[arg(long, default_value_t = 2.0, value_parser = seconds)]
+    pub seconds: f64,
+
+    /// Draw the scenarios a second
+    #[arg(long, value_name = "FILE")]
+    pub svg: Option<PathBuf>,
+
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+fn seconds(text: &str) -> anyhow::Result<f64> {
+    Ok(scene::patience(text.parse()?)?.as_secs_f64())
 }
 
 #[derive(Subcommand)]
@@ -99,6 +289,13 @@ pub(super) struct MeshInfoArgs {
     pub meshes: Vec<MeshSource>,
 
     /// Print one JSON array
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Args)]
+pub(super) struct CleanArgs {
+    /// Print one JSON object
     #[arg(long)]
     pub json: bool,
 }

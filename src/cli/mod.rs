@@ -1,6 +1,9 @@
 //! The command line: arguments in, exit code out.
 
 mod args;
+mod bench;
+mod clean;
+mod compare;
 mod failure;
 mod interrupt;
 mod mesh_info;
@@ -14,7 +17,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
-use self::args::{Cli, MeshVerb, RunArgs, Verb};
+use self::args::{BenchVerb, Cli, MeshVerb, RunArgs, Verb};
 use crate::workers;
 
 /// Runs what the command line asks for. Exit codes: 0 it ran, 1 it failed, 2 it was asked for
@@ -24,6 +27,11 @@ pub fn main() -> ExitCode {
         Verb::Worker { args } => return workers::main(&args),
         Verb::Run(args) => terminal::log_to_stderr().and_then(|()| run::run(args)),
         Verb::Mesh(MeshVerb::Info(args)) => mesh_info::run(&args),
+        Verb::Bench(BenchVerb::Transport(args)) => bench::transport(args),
+        Verb::Bench(BenchVerb::Engine(args)) => {
+            terminal::log_to_stderr().and_then(|()| bench::engine(*args))
+        }
+        Verb::Clean(args) => clean::run(&args),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

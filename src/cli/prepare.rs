@@ -1,6 +1,7 @@
 //! What a run needs before its workers start: meshes, trees, poses.
 
 use std::path::Path;
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
@@ -11,7 +12,7 @@ use super::{interrupt, terminal};
 use crate::geometry::Pose;
 use crate::mesh::{MeshSource, TriangleMesh};
 use crate::report::MeshSummary;
-use crate::scene::random::{self, RandomError};
+use crate::scene::random::{self, RandomError, RandomScenarios};
 use crate::scene::{Scenarios, Scene, read_poses};
 use crate::tree::{BuildOptions, TreeImage, cache};
 
@@ -38,6 +39,15 @@ impl<T> Both<T> {
 
     pub(super) fn moving(&self) -> &T {
         self.moving.as_ref().unwrap_or(&self.fixed)
+    }
+
+    /// Of each that there is.
+    pub(super) fn try_map<U, E>(
+        &self,
+        mut map: impl FnMut(&T) -> Result<U, E>,
+    ) -> Result<Both<U>, E> {
+        let fixed = map(&self.fixed)?;
+        Ok(Both { fixed, moving: self.moving.as_ref().map(map).transpose()? })
     }
 }
 
@@ -70,7 +80,7 @@ fn same(a: &MeshSource, b: &MeshSource) -> bool {
 }
 
 pub(super) struct Tree {
-    pub image: TreeImage,
+    pub image: Arc<TreeImage>,
     pub summary: MeshSummary,
 }
 
@@ -90,20 +100,24 @@ pub(super) fn build(
 fn build_one(mesh: &TriangleMesh, options: BuildOptions, cache_dir: Option<&Path>) -> Tree {
     let (image, outcome) = cache::load_or_build(mesh, options, cache_dir);
     let summary = MeshSummary::new(mesh, &image, outcome);
-    Tree { image, summary }
+    Tree { image: Arc::new(image), summary }
 }
 
-/// The poses of a file, or random ones.
-pub(super) fn poses(
-    scenarios: &Scenarios,
+/// The poses of a file. `None` where they are random.
+pub(super) fn given_poses(scenarios: &Scenarios) -> Result<Option<Vec<Pose>>, Failure> {
+    match scenarios {
+        Scenarios::Poses { file, first } => Ok(Some(read_poses(file, *first)?)),
+        Scenarios::Random(_) => Ok(None),
+    }
+}
+
+/// Random poses.
+pub(super) fn random_poses(
+    random: &RandomScenarios,
     meshes: &Both<TriangleMesh>,
     trees: &Both<Tree>,
     interrupt: &AtomicBool,
 ) -> Result<Vec<Pose>, Failure> {
-    let random = match scenarios {
-        Scenarios::Poses { file, first } => return Ok(read_poses(file, *first)?),
-        Scenarios::Random(random) => random,
-    };
     let bar = terminal::scenario_bar("placing", random.count.get() as usize);
     let poses = random::poses(
         random,

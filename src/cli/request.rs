@@ -4,19 +4,19 @@ use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 
-use super::args::RunArgs;
+use super::args::{EngineArgs, RunArgs, SceneArgs};
 use super::failure::Failure;
 use crate::geometry::simd::SimdLevel;
 use crate::report::OutputDir;
-use crate::scene::{Scenarios, Scene, SceneError, WorkerCount};
+use crate::scene::{EngineOptions, Scenarios, Scene, SceneError};
 
 pub(super) struct Request {
     /// With the options of the command line in it.
     pub scene: Scene,
-    pub workers: WorkerCount,
     pub out: Option<OutputDir>,
     pub contacts: bool,
     pub json: bool,
+    pub stats: bool,
     /// Absent: no cache.
     pub cache_dir: Option<PathBuf>,
 }
@@ -25,28 +25,39 @@ impl Request {
     /// Everything that can be checked without loading a mesh is, the output directory last: an
     /// argument that is refused leaves no trace.
     pub(super) fn new(args: RunArgs) -> Result<Self, Failure> {
-        SimdLevel::from_environment().map_err(Failure::usage)?;
-        let mut scene = scene(args.scene.as_deref())?;
-        let workers = args.workers.or(scene.engine.workers);
+        let scene = scene_of(&args.scene)?;
         let cache_dir =
             if args.no_cache { None } else { args.cache_dir.clone().or_else(cache_dir) };
-        override_scenarios(&mut scene.scenarios, &args)?;
-        if let Some(mesh) = args.fixed {
-            scene.fixed.mesh = mesh;
-        }
-        if let Some(mesh) = args.moving {
-            scene.moving.mesh = mesh;
-        }
         let out = args.out.as_deref().map(OutputDir::prepare).transpose()?;
         Ok(Self {
             scene,
-            workers: workers.unwrap_or_else(WorkerCount::of_this_machine),
             out,
             contacts: args.contacts,
             json: args.json,
+            stats: args.stats,
             cache_dir,
         })
     }
+}
+
+/// The scene with the options of the command line in it.
+pub(super) fn scene_of(args: &SceneArgs) -> Result<Scene, Failure> {
+    SimdLevel::from_environment().map_err(Failure::usage)?;
+    let mut scene = scene(args.scene.as_deref())?;
+    override_scenarios(&mut scene.scenarios, args)?;
+    scene.engine.workers = args.workers.or(scene.engine.workers);
+    override_engine(&mut scene.engine, &args.engine);
+    if let Some(mesh) = &args.fixed {
+        scene.fixed.mesh = mesh.clone();
+    }
+    if let Some(mesh) = &args.moving {
+        scene.moving.mesh = mesh.clone();
+    }
+    let fixed = args.fixed_depth.or(args.fixed_subtree_triangles);
+    scene.fixed.distribution = fixed.unwrap_or(scene.fixed.distribution);
+    let moving = args.moving_depth.or(args.moving_subtree_triangles);
+    scene.moving.distribution = moving.unwrap_or(scene.moving.distribution);
+    Ok(scene)
 }
 
 fn scene(path: Option<&Path>) -> Result<Scene, Failure> {
@@ -57,7 +68,7 @@ fn scene(path: Option<&Path>) -> Result<Scene, Failure> {
     })
 }
 
-fn override_scenarios(scenarios: &mut Scenarios, args: &RunArgs) -> Result<(), Failure> {
+fn override_scenarios(scenarios: &mut Scenarios, args: &SceneArgs) -> Result<(), Failure> {
     if let Some(file) = &args.poses {
         *scenarios = Scenarios::Poses { file: file.clone(), first: None };
     }
@@ -77,6 +88,20 @@ fn override_scenarios(scenarios: &mut Scenarios, args: &RunArgs) -> Result<(), F
         }
     }
     Ok(())
+}
+
+fn override_engine(engine: &mut EngineOptions, args: &EngineArgs) {
+    engine.transport = args.transport.unwrap_or(engine.transport);
+    engine.matchmaker = args.matchmaker.unwrap_or(engine.matchmaker);
+    engine.match_seed = args.match_seed.unwrap_or(engine.match_seed);
+    engine.buffer_scenarios = args.buffer_scenarios.unwrap_or(engine.buffer_scenarios);
+    engine.buffer_kilobytes = args.buffer_kilobytes.or(engine.buffer_kilobytes);
+    engine.start_from = args.start_from.or(engine.start_from);
+    engine.restarts = args.restarts.unwrap_or(engine.restarts);
+    engine.patience = args.patience.unwrap_or(engine.patience);
+    if let Some(slowdowns) = &args.slowdowns {
+        engine.slowdowns.clone_from(slowdowns);
+    }
 }
 
 /// By the XDG base directory specification, which has relative paths ignored.

@@ -1,6 +1,7 @@
 //! `bumper run`: the main job.
 
 use std::io;
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
@@ -8,16 +9,20 @@ use anyhow::{Context, anyhow};
 use indicatif::ProgressBar;
 
 use super::args::RunArgs;
+use super::compare::{Comparison, Measured};
 use super::failure::Failure;
 use super::prepare::{self, Both, Tree, timed};
 use super::request::Request;
 use super::{interrupt, summary_text, terminal};
 use crate::geometry::Pose;
 use crate::report::{OutputDir, OutputError, ResultFiles, Summary, Tally, Times};
+use crate::scene::{EngineOptions, Scenarios, Scene, WorkerCount};
 use crate::scheduler::client_manager::{
-    self, EngineError, EngineOptions, EngineReport, ResultSink, ScenarioResult,
+    self, AnyEngine, EngineError, EngineReport, ResultSink, ScenarioResult, Work,
 };
-use crate::tree::BuildOptions;
+use crate::tree::roots::Cut;
+use crate::tree::{BuildOptions, TreeKind};
+use crate::wire::Wanted;
 
 pub(super) fn run(args: RunArgs) -> Result<(), Failure> {
     let start = Instant::now();
@@ -25,45 +30,109 @@ pub(super) fn run(args: RunArgs) -> Result<(), Failure> {
     let request = Request::new(args)?;
     let scene = &request.scene;
 
+    let (given_poses, read_s) = timed(|| prepare::given_poses(&scene.scenarios));
+    let given_poses = given_poses?;
+    // Workers come to life while meshes are loaded and trees are built.
+    let mut engine = start_engine(scene, given_poses.as_ref().map(Vec::len))?;
     let (meshes, load_s) = timed(|| prepare::load(scene));
     let meshes = meshes?;
     interrupt::check(&interrupt)?;
     let options = BuildOptions { kind: scene.tree };
     let (trees, build_s) = timed(|| prepare::build(&meshes, options, request.cache_dir.as_deref()));
     interrupt::check(&interrupt)?;
-    let (poses, poses_s) = timed(|| prepare::poses(&scene.scenarios, &meshes, &trees, &interrupt));
+    let (poses, placed_s) = timed(|| match (given_poses, &scene.scenarios) {
+        (Some(poses), _) => Ok(poses),
+        (None, Scenarios::Random(random)) => {
+            prepare::random_poses(random, &meshes, &trees, &interrupt)
+        }
+        (None, Scenarios::Poses { .. }) => unreachable!("they were read"),
+    });
     let poses = poses?;
-    drop(meshes);
+    // Only a comparison needs them again.
+    let meshes = request.stats.then_some(meshes);
     interrupt::check(&interrupt)?;
 
-    let mut results = Results::new(request.out, request.contacts, poses.len());
-    let options = EngineOptions {
-        workers: request.workers.get(),
-        buffer_scenarios: scene.engine.buffer_scenarios,
-        fixed_depth: scene.fixed.depth.get(),
-        moving_depth: scene.moving.depth.get(),
-        send_pairs: request.contacts,
-        worker_program: std::env::current_exe().context("cannot find my own executable")?,
+    let mut results = Results::new(request.out, request.contacts, request.stats, poses.len());
+    let job = Job {
+        poses: &poses,
+        cuts: [scene.fixed.distribution.cut(), scene.moving.distribution.cut()],
+        wanted: Wanted { pairs: request.contacts, costs: request.stats },
+        interrupt: &interrupt,
     };
-    let report = answer(&trees, &poses, &options, &mut results, &interrupt)?;
+    let report = answer(&mut *engine, &trees, &job, &mut results)?;
 
-    let mut times = Times { load_s, build_s, poses_s, ..Times::default() };
+    let mut times = Times { load_s, build_s, poses_s: read_s + placed_s, ..Times::default() };
+    let trees_summary = [trees.fixed(), trees.moving()].map(|tree| tree.summary.clone());
+    let mut tree_costs = Vec::new();
+    if let (Some(meshes), Some(measured), false) = (&meshes, &results.measured, report.interrupted)
+    {
+        let cache_dir = request.cache_dir.as_deref();
+        let job = Job { wanted: Wanted { pairs: false, ..job.wanted }, ..job };
+        let comparison = Comparison { meshes, cache_dir, job };
+        tree_costs =
+            comparison.with_others(&mut *engine, scene.tree, (trees, build_s), measured)?;
+    }
+    drop(engine);
     times.wall_s = start.elapsed().as_secs_f64();
-    let meshes = [trees.fixed(), trees.moving()].map(|tree| tree.summary.clone());
-    let summary = Summary::new(scene, meshes, poses.len(), report, &results.tally, times);
-    finish(&summary, &mut results, request.json)
+    let summary = Summary::new(scene, trees_summary, poses.len(), report, &results.tally, times);
+    finish(&Summary { tree_costs, ..summary }, &mut results, request.json)
+}
+
+/// No more workers than there are scenarios.
+fn start_engine(scene: &Scene, given: Option<usize>) -> anyhow::Result<Box<dyn AnyEngine>> {
+    let scenarios = match (&scene.scenarios, given) {
+        (_, Some(given)) => given,
+        (Scenarios::Random(random), None) => random.count.get() as usize,
+        (Scenarios::Poses { .. }, None) => unreachable!("they were read"),
+    };
+    let most = WorkerCount::new(scenarios.clamp(1, WorkerCount::MAX as usize) as i64);
+    let workers = scene.engine.worker_count().min(most.expect("clamped").get());
+    let workers = WorkerCount::new(workers.get().into()).expect("fewer than it was");
+    let options = EngineOptions { workers: Some(workers), ..scene.engine.clone() };
+    let program = std::env::current_exe().context("cannot find my own executable")?;
+    Ok(client_manager::start(options, program)?)
+}
+
+/// What is asked of the engine about a pair of trees.
+#[derive(Clone, Copy)]
+pub(super) struct Job<'a> {
+    pub poses: &'a [Pose],
+    /// Of the fixed and of the moving tree.
+    pub cuts: [Cut; 2],
+    pub wanted: Wanted,
+    pub interrupt: &'a AtomicBool,
+}
+
+impl Job<'_> {
+    /// Lends the trees to the engine for the time of a run.
+    pub(super) fn run(
+        &self,
+        engine: &mut dyn AnyEngine,
+        trees: &Both<Tree>,
+        sink: &mut dyn ResultSink,
+    ) -> Result<EngineReport, EngineError> {
+        let meshes = trees.try_map(|tree| engine.add_mesh(Arc::clone(&tree.image)))?;
+        let [fixed_cut, moving_cut] = self.cuts;
+        let work = Work {
+            fixed: (*meshes.fixed(), fixed_cut),
+            moving: (*meshes.moving(), moving_cut),
+            poses: self.poses,
+            wanted: self.wanted,
+        };
+        let report = engine.run(&work, sink, self.interrupt)?;
+        meshes.try_map(|&mesh| engine.remove_mesh(mesh))?;
+        Ok(report)
+    }
 }
 
 /// Runs the engine. Whatever comes of it, the results so far are complete files afterwards.
 fn answer(
+    engine: &mut dyn AnyEngine,
     trees: &Both<Tree>,
-    poses: &[Pose],
-    options: &EngineOptions,
+    job: &Job<'_>,
     results: &mut Results,
-    interrupt: &AtomicBool,
 ) -> Result<EngineReport, Failure> {
-    let (fixed, moving) = (trees.fixed().image.view(), trees.moving().image.view());
-    let report = client_manager::run(fixed, moving, poses, options, results, interrupt);
+    let report = job.run(engine, trees, results);
     results.bar.finish_and_clear();
     let contacts = results.files.as_mut().map_or(Ok(()), ResultFiles::finish_contacts);
     // If both failed, the contacts did so for the same reason.
@@ -91,12 +160,27 @@ fn finish(summary: &Summary, results: &mut Results, json: bool) -> Result<(), Fa
         let (done, asked) = (summary.scenarios, summary.scenarios_asked);
         return Err(Failure::Interrupted(format!("{done} of {asked} scenarios were answered")));
     }
+    if !summary.set_aside.is_empty() {
+        let count = summary.set_aside.len();
+        return Err(anyhow!(
+            "{count} scenarios have no answer, because every worker that was at them died: {:?}; \
+             all others are answered",
+            summary.set_aside
+        )
+        .into());
+    }
+    if results.measured.is_some() && summary.tree_costs.len() < TreeKind::ALL.len() {
+        let kept = "all scenarios were answered, but not with every kind of tree";
+        return Err(Failure::Interrupted(kept.to_owned()));
+    }
     Ok(())
 }
 
 /// Takes each result to where it is wanted.
 struct Results {
     tally: Tally,
+    /// With `--stats`.
+    measured: Option<Measured>,
     /// Until the first result comes: what cannot begin must not cost an earlier run its files.
     out: Option<OutputDir>,
     contacts: bool,
@@ -105,9 +189,10 @@ struct Results {
 }
 
 impl Results {
-    fn new(out: Option<OutputDir>, contacts: bool, scenarios: usize) -> Self {
+    fn new(out: Option<OutputDir>, contacts: bool, stats: bool, scenarios: usize) -> Self {
         let bar = terminal::scenario_bar("running", scenarios);
-        Self { tally: Tally::default(), out, contacts, files: None, bar }
+        let measured = stats.then(Measured::default);
+        Self { tally: Tally::default(), measured, out, contacts, files: None, bar }
     }
 
     fn start_files(&mut self) -> Result<(), OutputError> {
@@ -125,6 +210,14 @@ impl ResultSink for Results {
             files.write(&result).map_err(io::Error::other)?;
         }
         self.tally.add(&result);
+        if let Some(measured) = &mut self.measured {
+            measured.add(&result);
+        }
+        self.bar.inc(1);
+        Ok(())
+    }
+
+    fn set_aside(&mut self, _scenario: u32) -> io::Result<()> {
         self.bar.inc(1);
         Ok(())
     }

@@ -2,7 +2,8 @@
 
 use std::fmt::Write;
 
-use crate::report::Summary;
+use crate::report::{CostFit, Summary, TreeCosts};
+use crate::tree::cache::CacheOutcome;
 
 pub(super) fn summary_text(summary: &Summary) -> String {
     let Summary { time, compute_us, .. } = summary;
@@ -20,12 +21,67 @@ pub(super) fn summary_text(summary: &Summary) -> String {
     line("  publish", seconds(time.publish_s));
     line("  start", seconds(time.start_workers_s));
     line("  scenarios", seconds(time.scenarios_s));
-    line("pre-analysis", format!("{} (within scenarios)", seconds(time.pre_analysis_s)));
+    line("first result", seconds(time.first_result_s));
+    line("pre-analysis", master(summary, time.pre_analysis_s));
+    line("matching", master(summary, time.matching_s));
     line("rate", format!("{} scenarios/s", grouped(summary.scenarios_per_s.round() as u64)));
     line("a scenario", format!("{} mean, {} p99", short(compute_us.mean), short(compute_us.p99)));
     line("workers", workers(summary));
     line("bytes copied", copied(summary));
+    if !summary.tree_costs.is_empty() {
+        text += &cost_table(&summary.tree_costs);
+    }
     text
+}
+
+/// A row a kind of tree. T is measured: how far the two terms before it come to it is the error.
+fn cost_table(kinds: &[TreeCosts]) -> String {
+    let mut text = String::from(
+        "\nT = N_b C_b + N_p C_p in the mean scenario (boxes, triangles; T in processor time)\n\
+         tree       N_b       N_p    exact   C_b ns   C_p ns  N_b C_b us  N_p C_p us        T us  \
+         error   trees s\n",
+    );
+    for costs in kinds {
+        let mean = |sum: f64| sum / costs.scenarios.max(1) as f64;
+        let (n_b, n_p, exact) =
+            (mean(costs.n_b as f64), mean(costs.n_p as f64), mean(costs.exact as f64));
+        let fitted = match costs.fit {
+            Some(CostFit { c_b_ns, c_p_ns, .. }) => {
+                let (boxes, triangles) = (n_b * c_b_ns * 1e-3, n_p * c_p_ns * 1e-3);
+                format!("{c_b_ns:9.2}{c_p_ns:9.2}{boxes:12.1}{triangles:12.1}")
+            }
+            None => format!("{:>9}{:>9}{:>12}{:>12}", "-", "-", "-", "-"),
+        };
+        let error = costs
+            .fit
+            .map_or("-".to_owned(), |fit| format!("{:.0} %", 100.0 * fit.mean_relative_error));
+        let time = mean(costs.descent_s) * 1e6;
+        let built = format!("{:10.3} {}", costs.build_s, how_had(costs.cache));
+        writeln!(
+            text,
+            "{:5}{n_b:9.0}{n_p:10.0}{exact:9.1}{fitted}{time:12.1}{error:>7}{built}",
+            costs.tree.to_string()
+        )
+        .expect("writing to a string does not fail");
+    }
+    text
+}
+
+/// Reading from the cache is not building.
+fn how_had(cache: [CacheOutcome; 2]) -> &'static str {
+    match cache.map(|outcome| outcome == CacheOutcome::Hit) {
+        [true, true] => "cached",
+        [false, false] => "built",
+        _ => "one built",
+    }
+}
+
+/// What the master does for each scenario, while the workers compute.
+fn master(summary: &Summary, time_s: f64) -> String {
+    let computed_s: f64 = summary.worker_reports.iter().map(|worker| worker.compute_s).sum();
+    let share = if computed_s > 0.0 { 100.0 * time_s / computed_s } else { 0.0 };
+    let each = 1e6 * time_s / f64::from(summary.scenarios.max(1));
+    format!("{} ({} a scenario, {share:.1} % of the workers' time)", seconds(time_s), short(each))
 }
 
 fn scenarios(summary: &Summary) -> String {
@@ -64,7 +120,7 @@ fn short(microseconds: f64) -> String {
 }
 
 /// 1234567 as `1,234,567`.
-fn grouped(number: u64) -> String {
+pub(super) fn grouped(number: u64) -> String {
     let digits = number.to_string();
     let mut text = String::new();
     for (index, digit) in digits.chars().enumerate() {

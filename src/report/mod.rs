@@ -1,13 +1,18 @@
 //! What a run leaves behind: the figures, and the files of an output directory.
 
+mod cost_fit;
 mod machine;
 mod output;
 mod parquet;
+pub mod plot;
 mod scenarios_csv;
 mod summary;
 mod tally;
+mod tree_costs;
 
+pub use cost_fit::CostFit;
 pub use machine::Machine;
 pub use output::{OutputDir, OutputError, ResultFiles};
 pub use summary::{MeshSummary, Summary, Times, Versions};
 pub use tally::{ComputeTimes, Tally};
+pub use tree_costs::TreeCosts;

@@ -2,12 +2,13 @@
 
 use serde::Serialize;
 
-use super::{ComputeTimes, Machine, Tally};
+use super::{ComputeTimes, Machine, Tally, TreeCosts};
 use crate::geometry::simd::SimdLevel;
 use crate::mesh::TriangleMesh;
-use crate::scene::{Body, Scenarios, Scene};
+use crate::scene::{Body, MatchRule, Scenarios, Scene, Slowdown, StartFrom};
 use crate::scheduler::client_manager::{EngineReport, WorkerReport};
 use crate::tree::cache::CacheOutcome;
+use crate::tree::roots::Cut;
 use crate::tree::{FORMAT_VERSION, TreeImage, TreeKind};
 
 #[derive(Clone, Debug, Serialize)]
@@ -23,18 +24,28 @@ pub struct Summary {
     pub colliding: u32,
     /// Pairs of triangles that touch, over all scenarios.
     pub pairs: u64,
+    /// Scenarios that have no answer, because every worker that was at them died.
+    pub set_aside: Vec<u32>,
     pub workers: usize,
     pub transport: &'static str,
+    pub matchmaker: MatchRule,
+    /// Where workers started each scenario.
+    pub start_from: StartFrom,
     /// Instruction set of the kernel.
     pub simd: SimdLevel,
     /// Bytes of geometry copied once, for all workers together.
     pub bytes_published: u64,
     /// Bytes of geometry copied into or for single workers, over all of them.
     pub bytes_copied: u64,
+    /// `bytes_copied` over the bytes of both trees (section 7.2 of the paper).
+    pub relative_data_transfer: f64,
     /// Over `time.scenarios_s`.
     pub scenarios_per_s: f64,
     pub time: Times,
     pub compute_us: ComputeTimes,
+    /// With `--stats`: the tree kind of the scene, then the others.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub tree_costs: Vec<TreeCosts>,
     pub worker_reports: Vec<WorkerReport>,
     pub scene: SceneSummary,
     pub fixed: MeshSummary,
@@ -50,6 +61,12 @@ pub struct Versions {
     pub tree_image: u32,
 }
 
+impl Versions {
+    pub fn this() -> Self {
+        Self { bumper: env!("CARGO_PKG_VERSION"), tree_image: FORMAT_VERSION }
+    }
+}
+
 /// Wall-clock times in seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Times {
@@ -61,10 +78,14 @@ pub struct Times {
     pub poses_s: f64,
     pub publish_s: f64,
     pub start_workers_s: f64,
+    /// From when trees and poses are there to the first result.
+    pub first_result_s: f64,
     /// First batch sent to last result received.
     pub scenarios_s: f64,
-    /// Within `scenarios_s`: finding the pairs of subtrees that meet.
+    /// Within `scenarios_s`, in the master: finding the pairs of subtrees that meet.
     pub pre_analysis_s: f64,
+    /// Within `scenarios_s`, in the master: choosing a worker for each scenario.
+    pub matching_s: f64,
     /// The whole command.
     pub wall_s: f64,
 }
@@ -77,12 +98,20 @@ pub struct SceneSummary {
     pub tree: TreeKind,
     pub scenarios: ScenariosSummary,
     pub buffer_scenarios: u32,
+    pub buffer_kilobytes: Option<u64>,
+    /// Of the workers, from the first.
+    pub slowdowns: Vec<Slowdown>,
 }
 
 #[derive(Clone, Debug, Serialize)]
 pub struct BodySummary {
     pub mesh: String,
-    pub depth: u32,
+    /// Of [`Cut::Depth`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub depth: Option<u32>,
+    /// Of [`Cut::Triangles`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub subtree_triangles: Option<u32>,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -115,26 +144,33 @@ impl Summary {
     ) -> Self {
         Self {
             schema_version: Self::SCHEMA_VERSION,
-            versions: Versions { bumper: env!("CARGO_PKG_VERSION"), tree_image: FORMAT_VERSION },
+            versions: Versions::this(),
             interrupted: engine.interrupted,
             scenarios: engine.completed,
             scenarios_asked,
             colliding: tally.colliding,
             pairs: tally.pairs,
+            set_aside: engine.set_aside,
             workers: engine.workers.len(),
             transport: engine.transport,
+            matchmaker: engine.matchmaker,
+            start_from: engine.start_from,
             simd: SimdLevel::chosen(),
             bytes_published: engine.bytes_published,
-            bytes_copied: engine.workers.iter().map(|w| w.geometry_bytes_copied).sum(),
+            bytes_copied: engine.bytes_sent,
+            relative_data_transfer: engine.relative_data_transfer,
             scenarios_per_s: rate(engine.completed, engine.scenarios_s),
             time: Times {
                 publish_s: engine.publish_s,
                 start_workers_s: engine.start_workers_s,
+                first_result_s: engine.first_result_s,
                 scenarios_s: engine.scenarios_s,
                 pre_analysis_s: engine.pre_analysis_s,
+                matching_s: engine.matching_s,
                 ..prepared
             },
             compute_us: tally.compute_times(),
+            tree_costs: Vec::new(),
             worker_reports: engine.workers,
             scene: scene.into(),
             fixed,
@@ -167,13 +203,19 @@ impl From<&Scene> for SceneSummary {
             tree: scene.tree,
             scenarios: (&scene.scenarios).into(),
             buffer_scenarios: scene.engine.buffer_scenarios.get(),
+            buffer_kilobytes: scene.engine.buffer_kilobytes.map(|v| v.get()),
+            slowdowns: scene.engine.slowdowns.clone(),
         }
     }
 }
 
 impl From<&Body> for BodySummary {
     fn from(body: &Body) -> Self {
-        Self { mesh: body.mesh.to_string(), depth: body.depth.get() }
+        let (depth, subtree_triangles) = match body.distribution.cut() {
+            Cut::Depth(depth) => (Some(depth), None),
+            Cut::Triangles(most) => (None, Some(most)),
+        };
+        Self { mesh: body.mesh.to_string(), depth, subtree_triangles }
     }
 }
 

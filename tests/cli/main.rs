@@ -1,13 +1,17 @@
 //! The program as its users meet it: real processes, real files.
 
 mod bad_input;
+mod bench;
+mod clean;
 mod interrupt;
 mod results;
+mod stats;
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
+use std::time::Instant;
 
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::RowAccessor;

@@ -1,0 +1,223 @@
+//! `bumper bench`: what a transport costs, and what an engine gets done.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
+
+use anyhow::{Context, anyhow};
+use serde::Serialize;
+
+use super::args::{BenchEngineArgs, BenchTransportArgs};
+use super::failure::Failure;
+use super::prepare;
+use super::request::scene_of;
+use super::{interrupt, terminal};
+use crate::experiment::latency::{self, LatencyOptions, LatencyRow};
+use crate::experiment::throughput::{self, Load, ThroughputError, ThroughputRow};
+use crate::report::plot::{self, Labels, Series};
+use crate::report::{Machine, Versions};
+use crate::scene::{MatchRule, Scenarios, Transport};
+use crate::transport::WakeUp;
+use crate::tree::BuildOptions;
+
+/// What is printed with `--json`.
+#[derive(Serialize)]
+struct Report<'a, R> {
+    schema_version: u32,
+    versions: Versions,
+    machine: Machine,
+    rows: &'a [R],
+}
+
+const SCHEMA_VERSION: u32 = 1;
+
+fn to_json<R: Serialize>(rows: &[R]) -> String {
+    let machine = Machine::this();
+    let report =
+        Report { schema_version: SCHEMA_VERSION, versions: Versions::this(), machine, rows };
+    serde_json::to_string_pretty(&report).expect("string keys and plain values") + "\n"
+}
+
+fn write(path: Option<&Path>, svg: impl FnOnce() -> Result<String, String>) -> anyhow::Result<()> {
+    let Some(path) = path else { return Ok(()) };
+    let svg = svg().map_err(|error| anyhow!("cannot draw the figure: {error}"))?;
+    std::fs::write(path, svg).with_context(|| format!("cannot write {}", path.display()))
+}
+
+pub(super) fn transport(args: BenchTransportArgs) -> Result<(), Failure> {
+    let options = LatencyOptions {
+        transports: or_all(args.transport, &Transport::ALL),
+        wake_ups: or_all(args.wake_up, &WakeUp::ALL),
+        sizes: args.bytes,
+        time: Duration::from_secs_f64(args.seconds),
+        program: std::env::current_exe().context("cannot find my own executable")?,
+    };
+    let activity = terminal::activity("measuring");
+    let mut rows = Vec::new();
+    latency::measure(&options, &mut |row| {
+        activity.set_message(format!(
+            "{} {} {} bytes",
+            row.transport.name(),
+            row.wake_up,
+            row.bytes
+        ));
+        rows.push(row);
+    })?;
+    activity.finish_and_clear();
+    write(args.svg.as_deref(), || latency_figure(&rows))?;
+    let text = if args.json { to_json(&rows) } else { latency_table(&rows) };
+    Ok(terminal::print(&text).context("cannot print the figures")?)
+}
+
+fn or_all<T: Copy>(wanted: Vec<T>, all: &[T]) -> Vec<T> {
+    if wanted.is_empty() { all.to_vec() } else { wanted }
+}
+
+fn latency_table(rows: &[LatencyRow]) -> String {
+    let mut text = format!(
+        "{:9} {:16} {:>10} {:>7}  {:>30}  {:>30} {:>10} {:>11}\n",
+        "", "", "", "", "one way, us", "there and back, us", "", "published",
+    );
+    text += &format!(
+        "{:9} {:16} {:>10} {:>7}  {:>10}{:>10}{:>10}  {:>10}{:>10}{:>10} {:>10} {:>11}\n",
+        "transport",
+        "wake-up",
+        "bytes",
+        "count",
+        "median",
+        "p99",
+        "p99.9",
+        "median",
+        "p99",
+        "p99.9",
+        "MB/s",
+        "once, us",
+    );
+    for row in rows {
+        let LatencyRow { one_way: there, round_trip: back, .. } = row;
+        text += &format!(
+            "{:9} {:16} {:>10} {:>7}  {:>10.1}{:>10.1}{:>10.1}  {:>10.1}{:>10.1}{:>10.1} {:>10.0} {:>11.1}\n",
+            row.transport.name(),
+            row.wake_up,
+            row.bytes,
+            row.count,
+            there.median,
+            there.p99,
+            there.p99_9,
+            back.median,
+            back.p99,
+            back.p99_9,
+            row.megabytes_per_s,
+            row.publish_us,
+        );
+    }
+    text
+}
+
+fn latency_figure(rows: &[LatencyRow]) -> Result<String, String> {
+    let mut series: Vec<Series> = Vec::new();
+    for row in rows {
+        let name = format!("{}, {}", row.transport.name(), row.wake_up);
+        let point = (row.bytes as f64, row.one_way.median);
+        match series.iter_mut().find(|one| one.name == name) {
+            Some(one) => one.points.push(point),
+            None => series.push(Series { name, points: vec![point] }),
+        }
+    }
+    let title = "Handing a subtree over to a worker";
+    let labels = Labels { title, x: "bytes", y: "one way, median (us)" };
+    plot::log_log(&labels, &series).map_err(|error| error.to_string())
+}
+
+pub(super) fn engine(args: BenchEngineArgs) -> Result<(), Failure> {
+    let interrupt = interrupt::on_ctrl_c().context("cannot listen to Ctrl-C")?;
+    let scene = scene_of(&args.scene)?;
+    let given_poses = prepare::given_poses(&scene.scenarios)?;
+    let meshes = prepare::load(&scene)?;
+    let trees = prepare::build(&meshes, BuildOptions { kind: scene.tree }, None);
+    let poses = match (given_poses, &scene.scenarios) {
+        (Some(poses), _) => poses,
+        (None, Scenarios::Random(random)) => {
+            prepare::random_poses(random, &meshes, &trees, &interrupt)?
+        }
+        (None, Scenarios::Poses { .. }) => unreachable!("they were read"),
+    };
+    interrupt::check(&interrupt)?;
+    let load = Load {
+        fixed: (Arc::clone(&trees.fixed().image), scene.fixed.distribution.cut()),
+        moving: (Arc::clone(&trees.moving().image), scene.moving.distribution.cut()),
+        poses: &poses,
+        engine: scene.engine.clone(),
+        program: std::env::current_exe().context("cannot find my own executable")?,
+        time: Duration::from_secs_f64(args.seconds),
+    };
+    let workers = match args.worker_counts {
+        counts if counts.is_empty() => vec![1, scene.engine.worker_count().get()],
+        counts => counts.iter().map(|count| count.get().get()).collect(),
+    };
+    let match_rules = or_all(args.match_rules, &MatchRule::ALL);
+    let mut rows = Vec::new();
+    for transport in or_all(args.over, &Transport::ALL) {
+        for &matchmaker in &match_rules {
+            for &workers in &workers {
+                let activity = terminal::activity("measuring");
+                let combination = (transport, matchmaker, workers);
+                let row = throughput::measure(&load, combination, &interrupt);
+                activity.finish_and_clear();
+                rows.push(row.map_err(|error| match error {
+                    ThroughputError::Interrupted => interrupt::before_results(),
+                    other => other.into(),
+                })?);
+            }
+        }
+    }
+    write(args.svg.as_deref(), || throughput_figure(&rows))?;
+    let text = if args.json { to_json(&rows) } else { throughput_table(&rows) };
+    Ok(terminal::print(&text).context("cannot print the figures")?)
+}
+
+fn throughput_table(rows: &[ThroughputRow]) -> String {
+    let mut text = format!(
+        "{:9} {:10} {:>7} {:>5} {:>12} {:>11} {:>10} {:>13} {:>13} {:>12}\n",
+        "transport",
+        "matchmaker",
+        "workers",
+        "runs",
+        "scenarios/s",
+        "over serial",
+        "start, ms",
+        "1st result,ms",
+        "data transfer",
+        "master, us",
+    );
+    for row in rows {
+        text += &format!(
+            "{:9} {:10} {:>7} {:>5} {:>12.0} {:>11.2} {:>10.1} {:>13.2} {:>13.3} {:>12.1}\n",
+            row.transport.name(),
+            row.matchmaker.name(),
+            row.workers,
+            row.runs,
+            row.scenarios_per_s,
+            row.over_serial,
+            1e3 * row.start_workers_s,
+            1e3 * row.first_result_s,
+            row.relative_data_transfer,
+            row.pre_analysis_us + row.matching_us,
+        );
+    }
+    text
+}
+
+fn throughput_figure(rows: &[ThroughputRow]) -> Result<String, String> {
+    let mut series: Vec<Series> = Vec::new();
+    for row in rows {
+        let name = format!("{}, {}", row.transport.name(), row.matchmaker.name());
+        let point = (f64::from(row.workers), row.scenarios_per_s);
+        match series.iter_mut().find(|one| one.name == name) {
+            Some(one) => one.points.push(point),
+            None => series.push(Series { name, points: vec![point] }),
+        }
+    }
+    let labels = Labels { title: "Scenarios a second", x: "workers", y: "scenarios / s" };
+    plot::linear(&labels, &series).map_err(|error| error.to_string())
+}
