@@ -1,37 +1,26 @@
 //! Poses of the moving mesh: random ones that touch, and near misses.
 
+use std::num::NonZeroU32;
+use std::sync::atomic::AtomicBool;
+
 use anyhow::Result;
 use bumper::geometry::{Point, Pose};
-use bumper::tree::TreeView;
+use bumper::mesh::TriangleMesh;
+use bumper::scene::Penetration;
+use bumper::scene::random::{self, RandomScenarios};
 use bumper::tree::descent::Descent;
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{Rng, SeedableRng};
+use bumper::tree::{TreeImage, TreeView};
 
-/// All six degrees of freedom random, 5 mm to 300 mm of penetration along a random direction, as
-/// section 7 of the paper has it.
-pub fn random(fixed: &TreeView<'_>, moving: &TreeView<'_>, count: usize) -> Result<Vec<Pose>> {
-    let mut generator = ChaCha8Rng::seed_from_u64(1);
-    let mut number = || (generator.next_u64() >> 11) as f64 / (1_u64 << 52) as f64 - 1.0;
-    let mut descent = Descent::default();
-    let mut poses = Vec::new();
-    while poses.len() < count {
-        let quaternion = [number(), number(), number(), number()];
-        let direction = [number(), number(), number()];
-        let (q, d) = (length(&quaternion), length(&direction));
-        if !(0.1..=1.0).contains(&q) || !(0.1..=1.0).contains(&d) {
-            continue;
-        }
-        let outwards = Outwards {
-            turned: Pose::from_quaternion(quaternion.map(|c| c / q), [0.0; 3]),
-            middle: middle(fixed),
-            moving_middle: middle(moving),
-            direction: direction.map(|c| c / d),
-        };
-        let touching = outwards.touching(&mut descent, fixed, moving, reach(fixed, moving))?;
-        let depth = 0.005 + 0.295 * (0.5 + 0.5 * number());
-        poses.push(outwards.at(touching - depth));
-    }
-    Ok(poses)
+/// The first random scenarios of seed 1.
+pub fn random(
+    (fixed, fixed_tree): (&TriangleMesh, &TreeImage),
+    (moving, moving_tree): (&TriangleMesh, &TreeImage),
+    count: NonZeroU32,
+) -> Result<Vec<Pose>> {
+    let scenarios = RandomScenarios { count, seed: 1, penetration: Penetration::PAPER };
+    let (a, b) = (fixed_tree.view(), moving_tree.view());
+    let go_on = AtomicBool::new(false);
+    Ok(random::poses(&scenarios, (fixed, &a), (moving, &b), &|| (), &go_on)?)
 }
 
 /// Each pose drawn back until nothing touches, and 1.5 mm more.
