@@ -75,11 +75,13 @@ fn number<T: FromStr>(text: &OsStr) -> Result<T, WorkerError> {
     text.to_str().and_then(|text| text.parse().ok()).ok_or(WorkerError::Usage)
 }
 
-/// Ctrl-C is the master's business, and the kernel ends this process when the master ends.
+/// Ctrl-C and the like are the master's business, and the kernel ends this process when the master ends.
 fn live_and_die_with(master: i32) -> Result<(), WorkerError> {
     // SAFETY: sets a signal's disposition and a process attribute; touches no memory.
     let parent = unsafe {
-        libc::signal(libc::SIGINT, libc::SIG_IGN);
+        for signal in [libc::SIGINT, libc::SIGTERM, libc::SIGHUP] {
+            libc::signal(signal, libc::SIG_IGN);
+        }
         libc::prctl(libc::PR_SET_PDEATHSIG, libc::SIGKILL);
         libc::getppid()
     };

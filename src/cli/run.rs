@@ -64,7 +64,8 @@ pub(super) fn run(args: RunArgs) -> Result<(), Failure> {
     let mut times = Times { load_s, build_s, poses_s: read_s + placed_s, ..Times::default() };
     let trees_summary = [trees.fixed(), trees.moving()].map(|tree| tree.summary.clone());
     let mut tree_costs = Vec::new();
-    if let (Some(meshes), Some(measured), false) = (&meshes, &results.measured, report.interrupted)
+    if let (Some(meshes), Some(measured), false) =
+        (&meshes, &results.measured, report.interrupted || !report.set_aside.is_empty())
     {
         let cache_dir = request.cache_dir.as_deref();
         let job = Job { wanted: Wanted { pairs: false, ..job.wanted }, ..job };

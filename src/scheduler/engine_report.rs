@@ -13,7 +13,7 @@ pub struct EngineReport {
     pub set_aside: Vec<u32>,
     /// Bytes of images, copied once to where every worker can read them.
     pub bytes_published: u64,
-    /// Bytes of trees that were sent to single workers.
+    /// Bytes of subtrees that were sent to single workers.
     pub bytes_sent: u64,
     /// `bytes_sent` over the bytes of both trees (section 7.2 of the paper).
     pub relative_data_transfer: f64,
@@ -37,7 +37,7 @@ pub struct WorkerReport {
     pub scenarios: u32,
     pub batches: u32,
     pub compute_s: f64,
-    /// Bytes of trees sent to it: 0 where they are used in place.
+    /// Bytes of subtrees sent to it: 0 where they are used in place.
     pub geometry_bytes_copied: u64,
     /// Bytes of all messages to and from it.
     pub message_bytes: u64,

@@ -10,7 +10,8 @@ use crate::transport::threads::ThreadWorker;
 use crate::transport::{Attach, WorkerId};
 use crate::workers::Role;
 
-/// A worker as the client manager holds it. Ended when dropped.
+/// A worker as the client manager holds it. A process is ended when this is dropped; a thread ends
+/// when its channel is closed.
 pub trait Worker {
     /// Readable once it has ended.
     fn death_notice(&self) -> BorrowedFd<'_>;

@@ -114,18 +114,17 @@ impl Default for LocalClient {
 
 impl LocalClient {
     pub fn ready(&mut self) -> Result<(), Unexpected> {
-        match std::mem::replace(&mut self.state, State::Ready) {
-            State::Starting => Ok(()),
+        match self.state {
+            State::Starting => {
+                self.state = State::Ready;
+                Ok(())
+            }
             _ => Err(Unexpected::Ready),
         }
     }
 
     pub fn is_starting(&self) -> bool {
         self.state == State::Starting
-    }
-
-    pub fn is_ready(&self) -> bool {
-        self.state == State::Ready
     }
 
     pub fn is_alive(&self) -> bool {

@@ -9,13 +9,14 @@ use super::launch::Worker;
 use crate::transport::threads::ThreadWorker;
 use crate::workers::{Role, WorkerError, serve_in_place};
 
-/// Not ended when dropped, because a thread cannot be: it ends by itself when its channel is
-/// closed, at its next message.
+/// A thread cannot be ended from outside. One that is dropped or killed is left alone: it ends by
+/// itself at its next message, because its channel is closed by then.
 #[derive(Debug)]
 pub struct WorkerThread {
     thread: Option<JoinHandle<Result<(), WorkerError>>>,
     death_notice: File,
     last_words: String,
+    is_left_alone: bool,
 }
 
 impl WorkerThread {
@@ -26,7 +27,12 @@ impl WorkerThread {
             let _knell = knell;
             serve_in_place(end, role)
         })?;
-        Ok(Self { thread: Some(thread), death_notice, last_words: String::new() })
+        Ok(Self {
+            thread: Some(thread),
+            death_notice,
+            last_words: String::new(),
+            is_left_alone: false,
+        })
     }
 }
 
@@ -37,7 +43,7 @@ impl Worker for WorkerThread {
 
     fn ended(&mut self) -> io::Result<Option<String>> {
         let Some(thread) = self.thread.take_if(|thread| thread.is_finished()) else {
-            return Ok(None);
+            return Ok(self.is_left_alone.then(|| "a thread that is left alone".to_owned()));
         };
         self.last_words = match thread.join() {
             Ok(Ok(())) => "it ended by itself".to_owned(),
@@ -47,7 +53,12 @@ impl Worker for WorkerThread {
         Ok(Some("a thread".to_owned()))
     }
 
-    fn kill(&mut self) {}
+    fn kill(&mut self) {
+        self.is_left_alone = true;
+        self.last_words = "it had something to do and did not answer".to_owned();
+        // Fails only when the counter is full, and then it was rung.
+        let _ = self.death_notice.write(&1_u64.to_ne_bytes());
+    }
 
     fn last_words(&mut self) -> String {
         self.last_words.clone()

@@ -2,7 +2,7 @@
 //!
 //! The paper's message types (section 6.4.4): adding and removing trees, scenarios, terminating. A
 //! scenario batch is the whole task, so its end needs no message of its own. Where geometry is in
-//! place, a tree is added by its number alone; elsewhere its subtrees follow as they are needed.
+//! place, a tree is added by the mesh that it is; elsewhere its subtrees follow as they are needed.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -85,8 +85,8 @@ impl JobHeader {
         }
     }
 
-    /// Of a message whose body is what a worker has to know of a tree before its subtrees come, or
-    /// nothing where it sees the whole tree.
+    /// Of a message whose body is an [`InPlaceTree`](super::InPlaceTree), or else what a worker has to
+    /// know of a tree before its subtrees come.
     pub fn add_tree(tree: u32) -> Self {
         Self { trees: [tree, 0], ..Self::of_kind(ADD_TREE) }
     }

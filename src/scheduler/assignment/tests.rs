@@ -195,7 +195,9 @@ fn scenarios_of_a_task_that_a_client_died_at_go_alone_and_then_last() {
         }
         assert!(order.contains(&scenario) || !assignment.clients.iter().all(|c| c.buffered() == 0));
     }
-    assert_eq!(order, [3, 4, 5, 6, 7, 8, 9, 1]);
+    assert_eq!(order.pop(), Some(1), "after all others");
+    order.sort_unstable();
+    assert_eq!(order, [3, 4, 5, 6, 7, 8, 9]);
     let client = (0..2).find(|&client| assignment.clients[client].tasks() == 1).unwrap();
     assert_eq!(assignment.client_died(client), [1], "the third death");
     assert_eq!(assignment.next_scenario(), None);

@@ -1,7 +1,7 @@
 //! The workers of an engine: started, fed, watched, ended, and started again. Knows nothing of
 //! scenarios.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, VecDeque};
 use std::time::{Duration, Instant};
 
 use super::EngineError;
@@ -24,6 +24,10 @@ struct Member<W> {
     /// Trees that it was told of.
     trees: BTreeSet<u32>,
     slowdown: Slowdown,
+    /// Messages that its queue has no room for yet.
+    backlog: VecDeque<Vec<u8>>,
+    /// Whether it is to end because it was not heard of.
+    is_given_up: bool,
     /// Of those who were in this place before.
     traffic: Traffic,
 }
@@ -63,6 +67,8 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Crew<T, L> {
             heard: now,
             trees: BTreeSet::new(),
             slowdown,
+            backlog: VecDeque::new(),
+            is_given_up: false,
             traffic: Traffic::default(),
         });
         Ok(())
@@ -70,7 +76,11 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Crew<T, L> {
 
     fn launch(&mut self, id: WorkerId, slowdown: Slowdown) -> Result<L::Worker, EngineError> {
         let attach = self.transport.open(id)?;
-        self.launcher.launch(id, attach, Role::Compute(slowdown)).map_err(EngineError::StartWorker)
+        self.launcher.launch(id, attach, Role::Compute(slowdown)).map_err(|source| {
+            // Nobody will ever be at the other end.
+            let _ = self.transport.close(id, &mut ignore);
+            EngineError::StartWorker(source)
+        })
     }
 
     pub(super) fn len(&self) -> usize {
@@ -95,19 +105,31 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Crew<T, L> {
         self.members[client].trees.remove(&tree) && self.is_here(client)
     }
 
-    /// A worker that does not take messages is ended; what it was given comes back when it is
-    /// buried.
+    /// What a worker's queue has no room for waits here. One that is dead is seen to be so, one that
+    /// hangs is given up in time; what it was given comes back when it is let go.
     pub(super) fn send(&mut self, client: usize, parts: &[&[u8]]) -> Result<(), EngineError> {
         let member = &mut self.members[client];
-        match self.transport.send(member.id, parts) {
-            Err(TransportError::NotDelivered(_)) => {
-                if let Some(worker) = &mut member.worker {
-                    worker.kill();
-                }
-                Ok(())
-            }
-            other => Ok(other?),
+        if !member.backlog.is_empty() {
+            member.backlog.push_back(parts.concat());
+            return Ok(());
         }
+        match self.transport.send(member.id, parts) {
+            Err(TransportError::NotDelivered(_)) => member.backlog.push_back(parts.concat()),
+            other => other?,
+        }
+        Ok(())
+    }
+
+    fn send_backlog(&mut self, client: usize) -> Result<(), EngineError> {
+        let member = &mut self.members[client];
+        while let Some(message) = member.backlog.front() {
+            match self.transport.send(member.id, &[message]) {
+                Err(TransportError::NotDelivered(_)) => break,
+                other => other?,
+            }
+            member.backlog.pop_front();
+        }
+        Ok(())
     }
 
     pub(super) fn wait(&mut self, limit: Duration) -> Result<(), EngineError> {
@@ -128,7 +150,7 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Crew<T, L> {
             *heard = Instant::now();
             take(message);
         })?;
-        Ok(())
+        self.send_backlog(client)
     }
 
     /// How a worker ended that was not known to have ended.
@@ -148,6 +170,7 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Crew<T, L> {
         let Some(worker) = member.worker.take() else { return Ok(()) };
         drop(worker);
         member.trees.clear();
+        member.backlog.clear();
         let closed = self.transport.close(member.id, take);
         let Traffic { to_worker, from_worker } = self.transport.traffic(member.id);
         member.traffic.to_worker += to_worker;
@@ -172,7 +195,7 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Crew<T, L> {
         let id = WorkerId { incarnation: id.incarnation + 1, ..id };
         let worker = self.launch(id, slowdown)?;
         let member = &mut self.members[client];
-        (member.id, member.worker) = (id, Some(worker));
+        (member.id, member.worker, member.is_given_up) = (id, Some(worker), false);
         (member.started, member.heard) = (Instant::now(), Instant::now());
         tracing::info!("worker {id} takes its place");
         Ok(true)
@@ -215,10 +238,20 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Crew<T, L> {
     ) {
         let member = &mut self.members[client];
         if since(member).elapsed() > deadline
+            && !member.is_given_up
             && let Some(worker) = &mut member.worker
         {
-            tracing::warn!("worker {} {what} after {deadline:?} and is ended", member.id);
+            tracing::warn!("worker {} {what} after {deadline:?} and is given up", member.id);
+            member.is_given_up = true;
             worker.kill();
+        }
+    }
+
+    /// Nobody could be heard for so long.
+    pub(super) fn forgive(&mut self, away: Duration) {
+        for member in &mut self.members {
+            member.heard += away;
+            member.started += away;
         }
     }
 

@@ -61,7 +61,7 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Engine<T, L> {
     /// Starts the workers and does not wait for them: what is to be loaded and built can be
     /// meanwhile.
     pub fn start(transport: T, launcher: L, options: EngineOptions) -> Result<Self, EngineError> {
-        let workers = options.worker_count().get() as usize;
+        let (started, workers) = (Instant::now(), options.worker_count().get() as usize);
         let mut crew = Crew::new(transport, launcher, options.restarts);
         for slot in 0..workers {
             crew.hire(options.slowdowns.get(slot).copied().unwrap_or(Slowdown::NONE))?;
@@ -75,7 +75,7 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Engine<T, L> {
             next_tree: 0,
             clients: (0..workers).map(|_| LocalClient::default()).collect(),
             given: vec![BTreeMap::new(); workers],
-            started: Instant::now(),
+            started,
             bytes_published: 0,
             publish_s: 0.0,
             is_stopped: false,
@@ -138,12 +138,18 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Engine<T, L> {
             .map(|((mesh, cut), is_moving)| TreeKey { mesh, cut, is_moving });
         let trees = keys.map(|key| self.tree(key));
         self.exchange_given(trees);
-        self.is_stopped = true;
-        let mut session = Session::new(self, work, keys, trees, images)?;
+        let mut session = match Session::new(self, work, keys, trees, images) {
+            Ok(session) => session,
+            Err(error) => {
+                self.exchange_given(trees);
+                return Err(error);
+            }
+        };
         let outcome =
             session.serve(sink, interrupt).and_then(|interrupted| session.end(sink, interrupted));
         self.clients = session.into_clients();
         self.exchange_given(trees);
+        self.is_stopped = true;
         let report = outcome?;
         self.is_stopped = report.interrupted;
         Ok(report)
@@ -180,7 +186,9 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Drop for Engine<T, L> {
     fn drop(&mut self) {
         let terminate = JobHeader::terminate();
         for client in 0..self.crew.len() {
-            if self.crew.is_here(client) && !self.clients[client].is_starting() {
+            // In the middle of a run the clients are elsewhere.
+            let has_begun = self.clients.get(client).is_some_and(|c| !c.is_starting());
+            if self.crew.is_here(client) && has_begun {
                 // Who cannot be told is ended below.
                 let _ = self.crew.send(client, &[bytemuck::bytes_of(&terminate)]);
             } else {

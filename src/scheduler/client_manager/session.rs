@@ -38,12 +38,18 @@ pub(super) struct Session<'e, T: MasterEnd, L: Launch<T::Attach>> {
     report: EngineReport,
     /// Bytes of both trees.
     tree_bytes: usize,
+    /// Of each worker's place, when the run began.
     traffic_before: Vec<Traffic>,
+    restarts_before: Vec<u32>,
     pre_analysis: Duration,
     matching: Duration,
     begin: Instant,
     first_batch: Option<Instant>,
     last_answers: Option<Instant>,
+    /// When patience was last looked to.
+    looked: Instant,
+    /// After an interrupt nobody is replaced any more.
+    is_ending: bool,
 }
 
 impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
@@ -91,6 +97,7 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
         let clients = std::mem::take(&mut engine.clients);
         let subtree_bytes = supply.subtree_bytes();
         let traffic_before = (0..workers).map(|client| engine.crew.traffic(client)).collect();
+        let restarts_before = (0..workers).map(|client| engine.crew.restarts(client)).collect();
         Ok(Self {
             engine,
             work,
@@ -107,11 +114,14 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
             report,
             tree_bytes: images.iter().map(|image| size_of_val(image.blocks())).sum(),
             traffic_before,
+            restarts_before,
             pre_analysis: Duration::ZERO,
             matching: Duration::ZERO,
             begin: Instant::now(),
             first_batch: None,
             last_answers: None,
+            looked: Instant::now(),
+            is_ending: false,
         })
     }
 
@@ -126,11 +136,6 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
         sink: &mut dyn ResultSink,
         interrupt: &AtomicBool,
     ) -> Result<bool, EngineError> {
-        for client in 0..self.engine.crew.len() {
-            if self.assignment.clients[client].is_ready() {
-                self.introduce(client)?;
-            }
-        }
         while !self.is_everything_answered() {
             if interrupt.load(Ordering::Relaxed) {
                 self.assignment.stop_at(0);
@@ -163,7 +168,8 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
         self.collection.delivered() as usize == self.work.poses.len()
     }
 
-    /// Tells a worker of both trees.
+    /// Tells a worker of both trees, with its first task: who has no task when the run ends was told
+    /// of nothing that may be gone by the time it looks.
     fn introduce(&mut self, client: usize) -> Result<(), EngineError> {
         for (side, tree) in self.trees.into_iter().enumerate() {
             if self.engine.crew.tells_of(client, tree) {
@@ -220,6 +226,7 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
             self.engine.crew.begins(client);
         }
         self.first_batch.get_or_insert_with(Instant::now);
+        self.introduce(client)?;
         for (side, roots) in task.subtrees.iter().enumerate() {
             for &root in roots {
                 let header = JobHeader::add_subtree(self.trees[side]);
@@ -277,10 +284,9 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
     }
 
     fn act_on(&mut self, client: usize, heard: Heard) -> Result<(), EngineError> {
-        if heard.is_ready {
+        if heard.is_ready && self.engine.crew.restarts(client) == 0 {
             let since_start = self.engine.started.elapsed().as_secs_f64();
             self.report.start_workers_s = self.report.start_workers_s.max(since_start);
-            self.introduce(client)?;
         }
         if heard.has_answers {
             let now = Instant::now();
@@ -313,13 +319,29 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
             tracing::warn!("scenario {scenario} is set aside: every worker at it has died");
             self.collection.set_aside(scenario);
         }
-        if self.engine.crew.replace(client)? {
-            self.assignment.clients[client].restart();
+        if !self.is_ending {
+            self.replace(client);
         }
         Ok(())
     }
 
+    /// If nobody can be started the run goes on with fewer.
+    fn replace(&mut self, client: usize) {
+        match self.engine.crew.replace(client) {
+            Ok(true) => self.assignment.clients[client].restart(),
+            Ok(false) => {}
+            Err(error) => {
+                tracing::warn!("nobody takes the place of a dead worker: {error}");
+                self.engine.crew.last_words = error.to_string();
+            }
+        }
+    }
+
+    /// Time in which the master itself did not listen, because it was stopped or a sink was slow, is
+    /// nobody's fault.
     fn lose_patience(&mut self) {
+        let away = std::mem::replace(&mut self.looked, Instant::now()).elapsed();
+        self.engine.crew.forgive(away.saturating_sub(2 * TICK));
         for (client, state) in self.assignment.clients.iter().enumerate() {
             if state.is_starting() {
                 self.engine.crew.end_late_starter(client);
@@ -366,6 +388,7 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
         sink: &mut dyn ResultSink,
         interrupted: bool,
     ) -> Result<EngineReport, EngineError> {
+        self.is_ending = true;
         let deadline = Instant::now() + GRACE;
         while interrupted && self.assignment.clients.iter().any(|client| client.tasks() > 0) {
             let left = deadline.saturating_duration_since(Instant::now());
@@ -385,7 +408,7 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
             let (now, before) = (self.engine.crew.traffic(client), self.traffic_before[client]);
             worker.message_bytes =
                 now.to_worker + now.from_worker - before.to_worker - before.from_worker;
-            worker.restarts = self.engine.crew.restarts(client);
+            worker.restarts = self.engine.crew.restarts(client) - self.restarts_before[client];
         }
         report.bytes_sent = report.workers.iter().map(|w| w.geometry_bytes_copied).sum();
         report.relative_data_transfer = report.bytes_sent as f64 / self.tree_bytes as f64;
