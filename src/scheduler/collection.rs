@@ -97,7 +97,10 @@ impl Collection {
             Reply::Tree(TreeRecord { tree, hash, .. }) => {
                 match self.trees.iter().any(|known| known.number == tree && known.hash != hash) {
                     true => Err(BadReply::Tree(tree)),
-                    false => Ok(Said::Tree),
+                    false => {
+                        assignment.clients[client].took_tree();
+                        Ok(Said::Tree)
+                    }
                 }
             }
             Reply::Answers { task, last, answers, costs, mut pairs } => {

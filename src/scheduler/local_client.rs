@@ -94,6 +94,8 @@ pub struct LocalClient {
     added: [Vec<u32>; 2],
     /// Oldest first, which is the order of the answers.
     tasks: VecDeque<Task>,
+    /// Trees that the worker was told of and has not taken yet: so long it is at no task.
+    trees_awaited: u32,
     /// Distributed roots the worker was given: of the fixed and of the moving tree.
     given: [ClientIndicator; 2],
 }
@@ -107,6 +109,7 @@ impl Default for LocalClient {
             sealed: false,
             added: Default::default(),
             tasks: VecDeque::new(),
+            trees_awaited: 0,
             given: Default::default(),
         }
     }
@@ -214,10 +217,21 @@ impl LocalClient {
         Ok(())
     }
 
+    /// The worker is told of a tree.
+    pub fn told_of_tree(&mut self) {
+        self.trees_awaited += 1;
+    }
+
+    /// It says that it has taken one.
+    pub fn took_tree(&mut self) {
+        self.trees_awaited = self.trees_awaited.saturating_sub(1);
+    }
+
     pub fn die(&mut self) -> Estate {
-        let Self { mut tasks, buffer, .. } =
+        let Self { mut tasks, buffer, trees_awaited, .. } =
             std::mem::replace(self, Self { state: State::Dead, ..Self::default() });
-        let at_work = tasks.pop_front().map(|task| task.unanswered).unwrap_or_default();
+        let current = if trees_awaited == 0 { tasks.pop_front() } else { None };
+        let at_work = current.map(|task| task.unanswered).unwrap_or_default();
         let sent = tasks.into_iter().flat_map(|task| task.unanswered);
         let buffered = buffer.into_iter().map(|buffered| buffered.scenario);
         Estate { at_work, untouched: sent.chain(buffered).collect() }
@@ -335,6 +349,22 @@ mod tests {
         client.answered(4, 2).unwrap();
         assert_eq!(client.die(), Estate { at_work: vec![1, 3], untouched: vec![7, 9] });
         assert!(client.is_claimed() && !client.is_alive());
+    }
+
+    #[test]
+    fn a_client_that_dies_while_it_takes_a_tree_was_at_no_scenario() {
+        let mut client = with_task(4, &[1, 2]);
+        client.told_of_tree();
+        client.told_of_tree();
+        client.took_tree();
+        assert_eq!(client.die(), Estate { at_work: vec![], untouched: vec![1, 2] });
+        client.restart();
+        client.ready().unwrap();
+        push(&mut client, 1);
+        client.begin_task(5);
+        client.told_of_tree();
+        client.took_tree();
+        assert_eq!(client.die(), Estate { at_work: vec![1], untouched: vec![] });
     }
 
     #[test]

@@ -173,6 +173,7 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
     fn introduce(&mut self, client: usize) -> Result<(), EngineError> {
         for (side, tree) in self.trees.into_iter().enumerate() {
             if self.engine.crew.tells_of(client, tree) {
+                self.assignment.clients[client].told_of_tree();
                 let header = JobHeader::add_tree(tree);
                 let body = self.supply.tree(side);
                 self.engine.crew.send(client, &[bytemuck::bytes_of(&header), &body])?;
