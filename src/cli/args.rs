@@ -12,6 +12,7 @@ use clap::{Args, Parser, Subcommand};
 use crate::mesh::MeshSource;
 use crate::scene::{self, Distribution, MatchRule, Slowdown, StartFrom, Transport, WorkerCount};
 use crate::transport::WakeUp;
+use crate::tree::Accuracy;
 
 /// Finds exactly which triangles of two vehicle models touch, in thousands of poses.
 ///
@@ -72,6 +73,11 @@ pub(super) struct SceneArgs {
     /// As --fixed-subtree-triangles, of the moving mesh
     #[arg(long, value_name = "N", value_parser = subtree_triangles)]
     pub moving_subtree_triangles: Option<Distribution>,
+
+    /// What is a pair: exact (never wrong), f64 or f32 (plain floating point), boxes (of two
+    /// triangles), or boxes(D) (at depth D of the trees)
+    #[arg(long, value_name = "LEVEL")]
+    pub accuracy: Option<Accuracy>,
 
     /// Poses of the moving mesh, with the header qw,qx,qy,qz,tx,ty,tz
     #[arg(long, value_name = "CSV")]

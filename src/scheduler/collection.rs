@@ -214,8 +214,8 @@ mod tests {
     use crate::tree::{BuildOptions, TreeImage, TreeKind, build};
     use crate::wire::ReplyHeader;
 
-    const PAIRS: Wanted = Wanted { pairs: true, costs: false };
-    const NOTHING: Wanted = Wanted { pairs: false, costs: false };
+    const NOTHING: Wanted = Wanted { accuracy: Accuracy::EXACT, pairs: false, costs: false };
+    const PAIRS: Wanted = Wanted { pairs: true, ..NOTHING };
     /// Numbers of the trees.
     const TREES: [u32; 2] = [7, 8];
 
