@@ -28,6 +28,8 @@ pub(super) struct Cli {
 pub(super) enum Verb {
     /// Find the contacts of all scenarios of a scene
     Run(RunArgs),
+    /// What accuracy costs in time, and what is wrong without it: the same scenarios at every level
+    Accuracy(Box<AccuracyArgs>),
     /// Look at mesh files
     #[command(subcommand)]
     Mesh(MeshVerb),
@@ -128,6 +130,25 @@ pub(super) struct RunArgs {
     /// Build the trees anew, and keep none
     #[arg(long, conflicts_with = "cache_dir")]
     pub no_cache: bool,
+}
+
+#[derive(Args)]
+pub(super) struct AccuracyArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+
+    /// Levels to compare with exact, as for --accuracy [default: boxes at depths 2 to 14, and all
+    /// others]
+    #[arg(long, value_name = "LEVEL", value_delimiter = ',')]
+    pub levels: Vec<Accuracy>,
+
+    /// Directory for accuracy.json, accuracy.svg and depth.svg; files of these names are replaced
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// As in the scene's `[engine]`.
