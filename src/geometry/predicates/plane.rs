@@ -1,6 +1,6 @@
 use std::cmp::Ordering;
 
-use super::{Stage, StaticFilter, Tally, Untold, cross, dot, orient3d_exact, sub};
+use super::{Stage, StaticFilter, Tally, Untold, cross, dot, orient2d_told, orient3d_exact, sub};
 use crate::geometry::{Point, Triangle};
 
 /// The plane of a triangle, its rounded normal made once for several
@@ -61,15 +61,40 @@ impl<'a> Plane<'a> {
         let determinants = points.each_ref().map(|p| dot(self.normal, sub(p, &self.corners[0])));
         let sides = Sides::of(determinants.map(|d| (filter.is_positive(d), filter.is_negative(d))));
         let decided = sides.above | sides.below;
-        tally.decided(Stage::Filter, decided.count_ones());
-        if decided == Sides::ALL { sides } else { self.settle(points, sides, tally) }
+        if decided == Sides::ALL {
+            tally.decided(Stage::Filter, 3);
+            return sides;
+        }
+        self.settle(points, sides, tally)
+    }
+
+    /// For a triangle at right angles to an axis, whose normal has one component that is not zero:
+    /// the determinant is that times the distance along the axis, and the sign of each is exact.
+    #[inline]
+    fn sides_of_axis_plane<T: Tally>(&self, points: &Triangle, tally: T) -> Option<Sides> {
+        let [a, b, c] = self.corners;
+        let axis = (0..3).find(|&k| a[k] == b[k] && a[k] == c[k])?;
+        let (x, y) = ((axis + 1) % 3, (axis + 2) % 3);
+        let turn = orient2d_told(&[a[x], a[y]], &[b[x], b[y]], &[c[x], c[y]], Untold);
+        tally.decided(Stage::Structure, 3);
+        let distances = points.each_ref().map(|p| (p[axis] > a[axis], p[axis] < a[axis]));
+        let turned = |(above, below): (bool, bool)| match turn {
+            Ordering::Greater => (above, below),
+            Ordering::Less => (below, above),
+            Ordering::Equal => (false, false),
+        };
+        Some(Sides::of(distances.map(turned)))
     }
 
     /// The sides that the filter has left open.
     #[cold]
     #[inline(never)]
     fn settle<T: Tally>(&self, points: &Triangle, mut sides: Sides, tally: T) -> Sides {
+        if let Some(sides) = self.sides_of_axis_plane(points, tally) {
+            return sides;
+        }
         let [a, b, c] = self.corners;
+        tally.decided(Stage::Filter, (sides.above | sides.below).count_ones());
         for (i, point) in points.iter().enumerate() {
             let bit = 1 << i;
             if (sides.above | sides.below) & bit == 0 {
