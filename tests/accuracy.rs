@@ -111,7 +111,6 @@ fn boxes_never_miss_a_pair_and_exact_is_exact() {
     everywhere(|name, _, _, ask, truth| {
         let boxes: HashSet<Pair> = ask(TriangleTest::Boxes).into_iter().collect();
         assert!(truth.iter().all(|pair| boxes.contains(pair)), "{name}");
-        assert!(boxes.len() > truth.len(), "{name}: boxes are not triangles");
         assert_eq!(ask(TriangleTest::Exact), truth, "{name}");
     });
 }

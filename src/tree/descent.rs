@@ -4,8 +4,8 @@
 use super::node::{AabbNode, Child, ObbNode};
 use super::placement::{BoxNode, Placement};
 use super::roots::{CutTree, DistributedRoot, RootError, RootPair};
-use super::sink::{All, Any, Counted, Counts, Sink};
-use super::wide::{self, Part, Query, Rooms};
+use super::sink::{All, Any, Counts, Gathered, Sink};
+use super::wide::{self, Part, Query, Rooms, WideSink};
 use super::{TreeKind, TreeView};
 use crate::geometry::predicates::{StageCounter, StageCounts};
 use crate::geometry::simd::SimdLevel;
@@ -96,7 +96,7 @@ impl Descent {
         roots: &[RootPair],
         pairs: &mut Vec<Pair>,
     ) -> Result<Counts, DescentError> {
-        let mut sink = Counted { pairs, counts: Counts::default() };
+        let mut sink = Gathered::all(pairs);
         self.visit_below(fixed, moving, pose, roots, &mut sink)?;
         Ok(sink.counts)
     }
@@ -117,7 +117,7 @@ impl Descent {
         Ok(())
     }
 
-    fn visit_below<K: Sink>(
+    fn visit_below<K: WideSink>(
         &mut self,
         fixed: &CutTree<'_>,
         moving: &CutTree<'_>,
@@ -142,7 +142,7 @@ impl Descent {
         pose: &Pose,
         pairs: &mut Vec<Pair>,
     ) -> Result<Counts, DescentError> {
-        let mut sink = Counted { pairs, counts: Counts::default() };
+        let mut sink = Gathered::all(pairs);
         self.visit_all(fixed, moving, pose, &mut sink)?;
         Ok(sink.counts)
     }
@@ -175,7 +175,7 @@ impl Descent {
         Ok(sink.found)
     }
 
-    fn visit_all<K: Sink>(
+    fn visit_all<K: WideSink>(
         &mut self,
         fixed: &TreeView<'_>,
         moving: &TreeView<'_>,
@@ -186,7 +186,7 @@ impl Descent {
         self.visit(fixed, moving, None, pose, sink)
     }
 
-    fn visit<K: Sink>(
+    fn visit<K: WideSink>(
         &mut self,
         fixed: &TreeView<'_>,
         moving: &TreeView<'_>,

@@ -8,12 +8,13 @@
 //! may be rounded, which changes no sign.
 
 use std::cmp::Ordering;
+use std::ops::RangeInclusive;
 
 use super::{Point2, cross, dot, power_of_two, sign, sub};
 use crate::geometry::Point;
 
 /// Exponents of the largest difference for which no product above can under- or overflow.
-const RANGE: [f64; 2] = [power_of_two(-250), power_of_two(250)];
+const RANGE: RangeInclusive<f64> = power_of_two(-250)..=power_of_two(250);
 
 /// `None`: the points are on no such grid.
 #[inline]
@@ -46,7 +47,7 @@ impl Grid {
     #[inline]
     fn below(differences: &[f64]) -> Option<Self> {
         let largest = differences.iter().fold(0.0, |most: f64, d| most.max(d.abs()));
-        if !(RANGE[0] <= largest && largest <= RANGE[1]) {
+        if !RANGE.contains(&largest) {
             return None;
         }
         // The power of two below the largest: that is less than 2 * 2^16 q.

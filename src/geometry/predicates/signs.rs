@@ -84,14 +84,8 @@ impl<T: Tally> Signs for Certain<'_, T> {
 
 /// The rounded determinant's sign at face value, as engines without exact arithmetic have it. What
 /// is no number counts as zero.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct FaceValue<S>(PhantomData<S>);
-
-impl<S> FaceValue<S> {
-    pub const fn new() -> Self {
-        Self(PhantomData)
-    }
-}
 
 fn sign<S: Scalar>(determinant: S) -> Ordering {
     determinant.partial_cmp(&S::default()).unwrap_or(Ordering::Equal)
