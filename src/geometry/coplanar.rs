@@ -79,11 +79,15 @@ fn edge_separates<S: Signs>(
     b: &[[S::Scalar; 2]; 3],
     signs: S,
 ) -> bool {
-    [[0, 1], [1, 2], [2, 0]].iter().any(|&[from, to]| {
-        let side = |p| signs.orient2d(&a[from], &a[to], p);
-        let first = side(&b[0]);
-        first.is_ne() && first != turn && side(&b[1]) == first && side(&b[2]) == first
-    })
+    let edge_does = |from, to| {
+        let first = signs.orient2d(from, to, &b[0]);
+        first.is_ne()
+            && first != turn
+            && signs.orient2d(from, to, &b[1]) == first
+            && signs.orient2d(from, to, &b[2]) == first
+    };
+    let [p, q, r] = a;
+    edge_does(p, q) || edge_does(q, r) || edge_does(r, p)
 }
 
 /// Pairs of axes to project on.

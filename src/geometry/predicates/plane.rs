@@ -1,6 +1,6 @@
 use std::cmp::Ordering;
 
-use super::{Stage, StaticFilter, Tally, Untold, cross, dot, orient2d_told, orient3d_exact, sub};
+use super::{Stage, StaticFilter, Tally, Untold, cross, dot, orient3d_exact, sub};
 use crate::geometry::{Point, Triangle};
 
 /// The plane of a triangle, its rounded normal made once for several
@@ -25,6 +25,12 @@ impl Sides {
     #[inline]
     pub fn strictly_one(self) -> bool {
         (self.above == Self::ALL) | (self.below == Self::ALL)
+    }
+
+    /// Whether any is on the plane.
+    #[inline]
+    pub fn touch(self) -> bool {
+        self.above | self.below != Self::ALL
     }
 
     /// From whether each point is above, and whether it is below. Without branches, as there is
@@ -68,33 +74,30 @@ impl<'a> Plane<'a> {
         self.settle(points, sides, tally)
     }
 
-    /// For a triangle at right angles to an axis, whose normal has one component that is not zero:
-    /// the determinant is that times the distance along the axis, and the sign of each is exact.
+    /// Whether the triangle lies across an axis and all points that the filter has left open are
+    /// where it is on that axis: on its plane.
     #[inline]
-    fn sides_of_axis_plane<T: Tally>(&self, points: &Triangle, tally: T) -> Option<Sides> {
+    fn open_ones_are_on_axis_plane(&self, points: &Triangle, sides: Sides) -> bool {
         let [a, b, c] = self.corners;
-        let axis = (0..3).find(|&k| a[k] == b[k] && a[k] == c[k])?;
-        let (x, y) = ((axis + 1) % 3, (axis + 2) % 3);
-        let turn = orient2d_told(&[a[x], a[y]], &[b[x], b[y]], &[c[x], c[y]], Untold);
-        tally.decided(Stage::Structure, 3);
-        let distances = points.each_ref().map(|p| (p[axis] > a[axis], p[axis] < a[axis]));
-        let turned = |(above, below): (bool, bool)| match turn {
-            Ordering::Greater => (above, below),
-            Ordering::Less => (below, above),
-            Ordering::Equal => (false, false),
+        let decided = sides.above | sides.below;
+        let across = |k: usize| {
+            let on = Sides::of(points.each_ref().map(|p| (p[k] == a[k], false))).above;
+            (a[k] == b[k]) & (a[k] == c[k]) & (on | decided == Sides::ALL)
         };
-        Some(Sides::of(distances.map(turned)))
+        across(0) | across(1) | across(2)
     }
 
     /// The sides that the filter has left open.
     #[cold]
     #[inline(never)]
     fn settle<T: Tally>(&self, points: &Triangle, mut sides: Sides, tally: T) -> Sides {
-        if let Some(sides) = self.sides_of_axis_plane(points, tally) {
+        let decided = (sides.above | sides.below).count_ones();
+        tally.decided(Stage::Filter, decided);
+        if self.open_ones_are_on_axis_plane(points, sides) {
+            tally.decided(Stage::Structure, 3 - decided);
             return sides;
         }
         let [a, b, c] = self.corners;
-        tally.decided(Stage::Filter, (sides.above | sides.below).count_ones());
         for (i, point) in points.iter().enumerate() {
             let bit = 1 << i;
             if (sides.above | sides.below) & bit == 0 {
