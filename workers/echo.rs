@@ -3,6 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::WorkerError;
+use super::clock::machine_ns;
 use crate::transport::{GeometryInPlace, TransportError, WorkerEnd};
 use crate::wire::WireError;
 
@@ -23,20 +24,11 @@ pub struct Ping {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct Pong {
-    /// When its first and its last bytes had been read, by [`now_ns`].
+    /// When its first and its last bytes had been read, by [`machine_ns`].
     pub got_ns: u64,
 }
 
 const _: () = assert!(size_of::<Ping>() == 32 && size_of::<Pong>() == 8);
-
-/// Time since the machine was started, the same in all processes.
-pub fn now_ns() -> u64 {
-    let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
-    // SAFETY: the call writes one `timespec`, and this is one.
-    let failed = unsafe { libc::clock_gettime(libc::CLOCK_MONOTONIC, &raw mut time) };
-    assert_eq!(failed, 0, "every Linux has this clock");
-    time.tv_sec as u64 * 1_000_000_000 + time.tv_nsec as u64
-}
 
 /// Where what is handed over in place is found.
 pub trait Find<W> {
@@ -71,7 +63,7 @@ pub fn serve<W: WorkerEnd>(
     core: usize,
 ) -> Result<(), WorkerError> {
     pin(core);
-    transport.send(&[bytemuck::bytes_of(&Pong { got_ns: now_ns() })])?;
+    transport.send(&[bytemuck::bytes_of(&Pong { got_ns: machine_ns() })])?;
     loop {
         let message = transport.receive()?;
         if message.is_empty() {
@@ -84,7 +76,7 @@ pub fn serve<W: WorkerEnd>(
         let ping: Ping = bytemuck::pod_read_unaligned(header);
         let got = if ping.is_in_place == 1 { place.find(transport, ping.mesh)? } else { body };
         let ends = ends(got);
-        let pong = Pong { got_ns: now_ns() };
+        let pong = Pong { got_ns: machine_ns() };
         if got.len() as u64 != ping.bytes || ends != ping.ends {
             let described = ping.bytes as usize;
             return Err(WireError::Length { found: got.len(), described }.into());

@@ -1,22 +1,25 @@
 //! The worker: the paper's remote client (section 6.4.2), as a process of its own or as a thread of
 //! the master.
 
+mod bookmark;
+pub mod clock;
 pub mod echo;
 mod remote_client;
 mod result_buffer;
 mod role;
-pub mod thread_clock;
 mod tree_store;
 
 use std::ffi::{OsStr, OsString};
+use std::io;
 use std::process::ExitCode;
 use std::str::FromStr;
 
-use crate::transport::{Attached, GeometryInPlace, TransportError, WorkerEnd, attach};
+use crate::transport::{Attached, GeometryInPlace, TransportError, WorkerEnd, attach, descriptors};
 use crate::tree::ImageError;
 use crate::tree::descent::DescentError;
 use crate::tree::subtree::SubtreeError;
 use crate::wire::WireError;
+pub use bookmark::Bookmark;
 pub use role::Role;
 use tree_store::{Received, Shared};
 
@@ -24,6 +27,8 @@ use tree_store::{Received, Shared};
 pub const MASTER_ARGUMENT: &str = "--master";
 /// Second argument: the worker's [`Role`].
 pub const ROLE_ARGUMENT: &str = "--role";
+/// Third argument: the inherited descriptor of its [`Bookmark`].
+pub const BOOKMARK_ARGUMENT: &str = "--bookmark";
 
 #[derive(Debug, thiserror::Error)]
 pub enum WorkerError {
@@ -31,6 +36,8 @@ pub enum WorkerError {
     Usage,
     #[error("the master has gone")]
     MasterGone,
+    #[error("cannot map the bookmark: {0}")]
+    Bookmark(#[source] io::Error),
     #[error(transparent)]
     Transport(#[from] TransportError),
     #[error("a message from the master: {0}")]
@@ -57,17 +64,20 @@ pub fn main(arguments: &[OsString]) -> ExitCode {
 }
 
 fn run(arguments: &[OsString]) -> Result<(), WorkerError> {
-    let [master_key, master, role_key, role, arguments @ ..] = arguments else {
+    let [master_key, master, role_key, role, bookmark_key, bookmark, arguments @ ..] = arguments
+    else {
         return Err(WorkerError::Usage);
     };
-    if master_key != MASTER_ARGUMENT || role_key != ROLE_ARGUMENT {
+    if [master_key, role_key, bookmark_key] != [MASTER_ARGUMENT, ROLE_ARGUMENT, BOOKMARK_ARGUMENT] {
         return Err(WorkerError::Usage);
     }
     live_and_die_with(number(master)?)?;
     let role = number(role)?;
+    let bookmark = Bookmark::open(descriptors::inherited(bookmark, libc::S_IFREG)?)
+        .map_err(WorkerError::Bookmark)?;
     match attach(arguments)? {
-        Attached::SharedMemory(transport) => serve_in_place(transport, role),
-        Attached::Stream(transport) => serve_received(transport, role),
+        Attached::SharedMemory(transport) => serve_in_place(transport, role, &bookmark),
+        Attached::Stream(transport) => serve_received(transport, role, &bookmark),
     }
 }
 
@@ -90,10 +100,15 @@ fn live_and_die_with(master: i32) -> Result<(), WorkerError> {
 }
 
 /// Works on trees that lie where the master published them, until it is told to end.
-pub fn serve_in_place<W: GeometryInPlace>(mut transport: W, role: Role) -> Result<(), WorkerError> {
+pub fn serve_in_place<W: GeometryInPlace>(
+    mut transport: W,
+    role: Role,
+    bookmark: &Bookmark,
+) -> Result<(), WorkerError> {
     match role {
         Role::Compute(slowdown) => {
-            remote_client::serve(&mut transport, &mut Shared::<W::Geometry>::default(), slowdown)
+            let mut store = Shared::<W::Geometry>::default();
+            remote_client::serve(&mut transport, &mut store, slowdown, bookmark)
         }
         Role::Echo { core } => {
             let mut place = echo::InPlace::<W::Geometry>(None);
@@ -103,10 +118,14 @@ pub fn serve_in_place<W: GeometryInPlace>(mut transport: W, role: Role) -> Resul
 }
 
 /// Works on subtrees that it was sent, until it is told to end.
-pub fn serve_received<W: WorkerEnd>(mut transport: W, role: Role) -> Result<(), WorkerError> {
+pub fn serve_received<W: WorkerEnd>(
+    mut transport: W,
+    role: Role,
+    bookmark: &Bookmark,
+) -> Result<(), WorkerError> {
     match role {
         Role::Compute(slowdown) => {
-            remote_client::serve(&mut transport, &mut Received::default(), slowdown)
+            remote_client::serve(&mut transport, &mut Received::default(), slowdown, bookmark)
         }
         Role::Echo { core } => echo::serve(&mut transport, &mut echo::Nowhere, core),
     }

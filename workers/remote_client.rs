@@ -2,10 +2,10 @@
 
 use std::time::{Duration, Instant};
 
-use super::WorkerError;
+use super::clock::thread_ns;
 use super::result_buffer::ResultBuffer;
-use super::thread_clock::thread_ns;
 use super::tree_store::TreeStore;
+use super::{Bookmark, WorkerError};
 use crate::effects::contacts::{self, pairs_fnv1a64};
 use crate::geometry::Pose;
 use crate::scene::Slowdown;
@@ -24,9 +24,11 @@ pub fn serve<W: WorkerEnd, S: TreeStore<W>>(
     transport: &mut W,
     store: &mut S,
     slowdown: Slowdown,
+    bookmark: &Bookmark,
 ) -> Result<(), WorkerError> {
     transport.send(&[bytemuck::bytes_of(&ReplyHeader::ready())])?;
-    let mut calculator = Calculator { descent: Descent::default(), pairs: Vec::new(), slowdown };
+    let (descent, pairs) = (Descent::default(), Vec::new());
+    let mut calculator = Calculator { descent, pairs, slowdown, bookmark };
     loop {
         let message = transport.receive()?;
         match Job::parse(&message)? {
@@ -57,13 +59,14 @@ struct Query<'a> {
 }
 
 /// What is kept from one scenario to the next.
-struct Calculator {
+struct Calculator<'a> {
     descent: Descent,
     pairs: Vec<Pair>,
     slowdown: Slowdown,
+    bookmark: &'a Bookmark,
 }
 
-impl Calculator {
+impl Calculator<'_> {
     fn answer<W: WorkerEnd, S: TreeStore<W>>(
         &mut self,
         batch: &Batch<'_>,
@@ -81,7 +84,9 @@ impl Calculator {
         for (record, roots) in batch.iter() {
             let (scenario, pose) = (record.scenario, record.pose);
             let query = Query { scenario, trees, pose, roots, wanted };
+            self.bookmark.put(scenario);
             let (answer, cost) = self.answer_one(&query, store, &mut boxes)?;
+            self.bookmark.take_out();
             let pairs = if wanted.pairs { &self.pairs[..] } else { &[] };
             results.push(answer, cost, pairs, &mut send)?;
             if sent.elapsed() > SIGN_OF_LIFE {
@@ -195,5 +200,144 @@ impl Calculator {
             }
         }
         u64::try_from(begin.elapsed().as_nanos()).unwrap_or(u64::MAX)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::VecDeque;
+
+    use super::*;
+    use crate::mesh::TriangleMesh;
+    use crate::transport::TransportError;
+    use crate::tree::roots::CutTree;
+    use crate::tree::{BuildOptions, TreeImage, TreeKind, TreeView, build};
+    use crate::wire::{AnswerStatus, JobHeader, Reply, ScenarioRecord};
+
+    /// Delivers what is in it, keeps what is sent.
+    #[derive(Default)]
+    struct Loopback {
+        jobs: VecDeque<Vec<u8>>,
+        replies: Vec<Vec<u8>>,
+    }
+
+    impl WorkerEnd for Loopback {
+        type Message = Vec<u8>;
+
+        fn receive(&mut self) -> Result<Vec<u8>, TransportError> {
+            self.jobs.pop_front().ok_or(TransportError::MasterGone)
+        }
+
+        fn send(&mut self, parts: &[&[u8]]) -> Result<(), TransportError> {
+            self.replies.push(parts.concat());
+            Ok(())
+        }
+    }
+
+    /// Every tree is this one.
+    struct OneTree(TreeImage);
+
+    impl TreeStore<Loopback> for OneTree {
+        fn add(&mut self, _: &mut Loopback, _: u32, _: &[u8]) -> Result<u64, WorkerError> {
+            Ok(self.0.view().hash())
+        }
+
+        fn add_subtree(&mut self, tree: u32, _: &[u8]) -> Result<(), WorkerError> {
+            Err(WorkerError::Tree(tree))
+        }
+
+        fn remove(&mut self, tree: u32) -> Result<(), WorkerError> {
+            Err(WorkerError::Tree(tree))
+        }
+
+        fn whole(&self, _: u32) -> Result<TreeView<'_>, WorkerError> {
+            Ok(self.0.view())
+        }
+
+        fn cut(&self, tree: u32) -> Result<CutTree<'_>, WorkerError> {
+            Err(WorkerError::Tree(tree))
+        }
+    }
+
+    /// Four triangles, a metre apart along x: moved by n metres, 4 - n of them are where others are.
+    fn ruler() -> OneTree {
+        let corners = |n: u32| {
+            let x = f64::from(n);
+            [[x, 0.0, 0.0], [x + 0.5, 0.0, 0.0], [x, 0.5, 0.0]]
+        };
+        let vertices = (0..4).flat_map(corners).collect();
+        let faces = (0..4).map(|n| [3 * n, 3 * n + 1, 3 * n + 2]).collect();
+        let mesh = TriangleMesh::new(vertices, faces).unwrap();
+        OneTree(build(&mesh, BuildOptions { kind: TreeKind::Obb }))
+    }
+
+    fn moved(x: f64) -> Pose {
+        Pose { translation: [x, 0.0, 0.0], ..Pose::IDENTITY }
+    }
+
+    fn batch(scenarios: &[(u32, Pose)], pairs: bool) -> Vec<u8> {
+        let record = |&(n, pose)| ScenarioRecord::new(n, pose, 0);
+        let records: Vec<_> = scenarios.iter().map(record).collect();
+        let wanted = Wanted { pairs, ..Wanted::default() };
+        let header = JobHeader::scenarios(9, [0, 1], records.len() as u32, false, wanted);
+        [bytemuck::bytes_of(&header), bytemuck::cast_slice(&records)].concat()
+    }
+
+    /// What the worker sends before it ends, told to do so after the last of the jobs.
+    fn replies(jobs: Vec<Vec<u8>>) -> Result<Vec<Vec<u8>>, WorkerError> {
+        let terminate = bytemuck::bytes_of(&JobHeader::terminate()).to_vec();
+        let jobs = jobs.into_iter().chain([terminate]).collect();
+        let mut transport = Loopback { jobs, ..Default::default() };
+        let (bookmark, _) = Bookmark::new().unwrap();
+        serve(&mut transport, &mut ruler(), Slowdown::NONE, &bookmark)?;
+        assert_eq!(bookmark.scenario(), None);
+        Ok(transport.replies)
+    }
+
+    #[test]
+    fn a_batch_is_answered_and_an_overflow_reported_with_its_triangle() {
+        let mut far = moved(0.0);
+        far.rotation[0] = 0.7 * f64::MAX;
+        let jobs = vec![batch(&[(3, moved(2.0)), (4, far), (8, moved(5.0))], true)];
+        let replies = replies(jobs).unwrap();
+        let [ready, answers] = &replies[..] else { panic!("{} messages", replies.len()) };
+        assert_eq!(Reply::parse(ready), Ok(Reply::Ready));
+        let Ok(Reply::Answers { task: 9, last: true, answers, pairs, .. }) = Reply::parse(answers)
+        else {
+            panic!("not answers");
+        };
+        assert_eq!(pairs, [[2, 0], [3, 1]]);
+        assert_eq!(answers.iter().map(|a| a.scenario).collect::<Vec<_>>(), [3, 4, 8]);
+        assert_eq!(answers[0].pairs_fnv1a64, pairs_fnv1a64(&[[2, 0], [3, 1]]));
+        assert_eq!(answers[1].status(), AnswerStatus::Overflow { triangle: 1 });
+        assert_eq!((answers[2].status(), answers[2].pair_count), (AnswerStatus::Answered, 0));
+    }
+
+    #[test]
+    fn pairs_are_counted_and_hashed_but_not_sent_unless_asked_for() {
+        let replies = replies(vec![batch(&[(0, moved(1.0))], false)]).unwrap();
+        let Ok(Reply::Answers { answers, pairs, .. }) = Reply::parse(&replies[1]) else {
+            panic!("not answers");
+        };
+        assert_eq!((answers[0].pair_count, pairs.len()), (3, 0));
+        assert_eq!(answers[0].pairs_fnv1a64, pairs_fnv1a64(&[[1, 0], [2, 1], [3, 2]]));
+    }
+
+    #[test]
+    fn a_damaged_batch_ends_the_worker_with_an_error() {
+        assert!(matches!(replies(vec![vec![0; 32]]), Err(WorkerError::Wire(_))));
+    }
+
+    #[test]
+    fn a_worker_that_fails_at_a_scenario_has_left_its_bookmark_there() {
+        let mut record = batch(&[(6, moved(1.0))], false);
+        // From root pairs, of which this store has none.
+        let from_roots = JobHeader::scenarios(9, [0, 1], 1, true, Wanted::default());
+        record[..size_of::<JobHeader>()].copy_from_slice(bytemuck::bytes_of(&from_roots));
+        let mut transport = Loopback { jobs: [record].into(), ..Default::default() };
+        let (bookmark, _) = Bookmark::new().unwrap();
+        let ended = serve(&mut transport, &mut ruler(), Slowdown::NONE, &bookmark);
+        assert!(matches!(ended, Err(WorkerError::Tree(0))));
+        assert_eq!(bookmark.scenario(), Some(6));
     }
 }

@@ -2,7 +2,7 @@
 
 use std::hint::black_box;
 
-use bumper::workers::thread_clock::thread_ns;
+use bumper::workers::clock::thread_ns;
 
 /// Nanoseconds of processor time.
 #[derive(Default)]

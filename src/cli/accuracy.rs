@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::args::AccuracyArgs;
 use super::failure::Failure;
-use super::prepare;
+use super::prepare::{self, Poses};
 use super::request::scene_of;
 use super::{interrupt, terminal};
 use crate::experiment::accuracy::{self, AccuracyRow, Load, Measured};
@@ -16,7 +16,7 @@ use crate::geometry::simd::SimdLevel;
 use crate::report::accuracy_plot::{self, Mark};
 use crate::report::plot::{self, Labels, Series};
 use crate::report::{Machine, SceneSummary, Versions};
-use crate::scene::{Scenarios, Scene};
+use crate::scene::Scene;
 use crate::tree::{Accuracy, BuildOptions};
 
 pub(super) fn run(args: AccuracyArgs) -> Result<(), Failure> {
@@ -27,7 +27,7 @@ pub(super) fn run(args: AccuracyArgs) -> Result<(), Failure> {
             "--accuracy {level}: this compares several: give them as --levels {level},..."
         )));
     }
-    let given_poses = prepare::given_poses(&scene.scenarios)?;
+    let poses = Poses::of(&scene.scenarios)?;
     if let Some(out) = &args.out {
         let unusable = || format!("{}: cannot be written to", out.display());
         std::fs::create_dir_all(out).with_context(unusable)?;
@@ -35,13 +35,7 @@ pub(super) fn run(args: AccuracyArgs) -> Result<(), Failure> {
     let meshes = prepare::load(&scene)?;
     interrupt::check(&interrupt)?;
     let trees = prepare::build(&meshes, BuildOptions { kind: scene.tree }, None);
-    let poses = match (given_poses, &scene.scenarios) {
-        (Some(poses), _) => poses,
-        (None, Scenarios::Random(random)) => {
-            prepare::random_poses(random, &meshes, &trees, &interrupt)?
-        }
-        (None, Scenarios::Poses { .. }) => unreachable!("they were read"),
-    };
+    let poses = poses.place(&meshes, &trees, &interrupt)?;
     interrupt::check(&interrupt)?;
     let levels = if args.levels.is_empty() { accuracy::all_levels() } else { args.levels };
     let load = Load {

@@ -9,14 +9,14 @@ use serde::Serialize;
 
 use super::args::{BenchEngineArgs, BenchTransportArgs};
 use super::failure::Failure;
-use super::prepare;
+use super::prepare::{self, Poses};
 use super::request::scene_of;
 use super::{interrupt, terminal};
-use crate::experiment::latency::{self, LatencyOptions, LatencyRow};
+use crate::experiment::latency::{self, LatencyError, LatencyOptions, LatencyRow};
 use crate::experiment::throughput::{self, Load, ThroughputError, ThroughputRow};
 use crate::report::plot::{self, Labels, Series};
 use crate::report::{Machine, Versions};
-use crate::scene::{MatchRule, Scenarios, Transport};
+use crate::scene::{MatchRule, Transport};
 use crate::transport::WakeUp;
 use crate::tree::{Accuracy, BuildOptions};
 
@@ -45,6 +45,7 @@ fn write(path: Option<&Path>, svg: impl FnOnce() -> Result<String, String>) -> a
 }
 
 pub(super) fn transport(args: BenchTransportArgs) -> Result<(), Failure> {
+    let interrupt = interrupt::on_ctrl_c().context("cannot listen to Ctrl-C")?;
     let options = LatencyOptions {
         transports: or_all(args.transport, &Transport::ALL),
         wake_ups: or_all(args.wake_up, &WakeUp::ALL),
@@ -54,7 +55,7 @@ pub(super) fn transport(args: BenchTransportArgs) -> Result<(), Failure> {
     };
     let activity = terminal::activity("measuring");
     let mut rows = Vec::new();
-    latency::measure(&options, &mut |row| {
+    let measured = latency::measure(&options, &interrupt, &mut |row| {
         activity.set_message(format!(
             "{} {} {} bytes",
             row.transport.name(),
@@ -62,8 +63,12 @@ pub(super) fn transport(args: BenchTransportArgs) -> Result<(), Failure> {
             row.bytes
         ));
         rows.push(row);
-    })?;
+    });
     activity.finish_and_clear();
+    measured.map_err(|error| match error {
+        LatencyError::Interrupted => interrupt::before_results(),
+        other => other.into(),
+    })?;
     write(args.svg.as_deref(), || latency_figure(&rows))?;
     let text = if args.json { to_json(&rows) } else { latency_table(&rows) };
     Ok(terminal::print(&text).context("cannot print the figures")?)
@@ -138,16 +143,10 @@ pub(super) fn engine(args: BenchEngineArgs) -> Result<(), Failure> {
             scene.accuracy
         )));
     }
-    let given_poses = prepare::given_poses(&scene.scenarios)?;
+    let poses = Poses::of(&scene.scenarios)?;
     let meshes = prepare::load(&scene)?;
     let trees = prepare::build(&meshes, BuildOptions { kind: scene.tree }, None);
-    let poses = match (given_poses, &scene.scenarios) {
-        (Some(poses), _) => poses,
-        (None, Scenarios::Random(random)) => {
-            prepare::random_poses(random, &meshes, &trees, &interrupt)?
-        }
-        (None, Scenarios::Poses { .. }) => unreachable!("they were read"),
-    };
+    let poses = poses.place(&meshes, &trees, &interrupt)?;
     interrupt::check(&interrupt)?;
     let [fixed_cut, moving_cut] = scene.cuts();
     let load = Load {

@@ -104,16 +104,43 @@ fn build_one(mesh: &TriangleMesh, options: BuildOptions, cache_dir: Option<&Path
     Tree { image: Arc::new(image), summary }
 }
 
-/// The poses of a file. `None` where they are random.
-pub(super) fn given_poses(scenarios: &Scenarios) -> Result<Option<Vec<Pose>>, Failure> {
-    match scenarios {
-        Scenarios::Poses { file, first } => Ok(Some(read_poses(file, *first)?)),
-        Scenarios::Random(_) => Ok(None),
+/// Where the poses come from.
+pub(super) enum Poses<'a> {
+    Given(Vec<Pose>),
+    Random(&'a RandomScenarios),
+}
+
+impl<'a> Poses<'a> {
+    /// Reads those of a file, which may be wrong; random ones are made when meshes and trees are
+    /// there.
+    pub(super) fn of(scenarios: &'a Scenarios) -> Result<Self, Failure> {
+        Ok(match scenarios {
+            Scenarios::Poses { file, first } => Self::Given(read_poses(file, *first)?),
+            Scenarios::Random(random) => Self::Random(random),
+        })
+    }
+
+    pub(super) fn len(&self) -> usize {
+        match self {
+            Self::Given(poses) => poses.len(),
+            Self::Random(random) => random.count.get() as usize,
+        }
+    }
+
+    pub(super) fn place(
+        self,
+        meshes: &Both<TriangleMesh>,
+        trees: &Both<Tree>,
+        interrupt: &AtomicBool,
+    ) -> Result<Vec<Pose>, Failure> {
+        match self {
+            Self::Given(poses) => Ok(poses),
+            Self::Random(random) => place_at_random(random, meshes, trees, interrupt),
+        }
     }
 }
 
-/// Random poses.
-pub(super) fn random_poses(
+fn place_at_random(
     random: &RandomScenarios,
     meshes: &Both<TriangleMesh>,
     trees: &Both<Tree>,

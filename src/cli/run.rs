@@ -11,12 +11,12 @@ use indicatif::ProgressBar;
 use super::args::RunArgs;
 use super::compare::{Comparison, Measured};
 use super::failure::Failure;
-use super::prepare::{self, Both, Tree, timed};
+use super::prepare::{self, Both, Poses, Tree, timed};
 use super::request::Request;
 use super::{interrupt, summary_text, terminal};
 use crate::geometry::Pose;
 use crate::report::{OutputDir, OutputError, ResultFiles, Summary, Tally, Times};
-use crate::scene::{EngineOptions, Scenarios, Scene, WorkerCount};
+use crate::scene::{EngineOptions, Scene, WorkerCount};
 use crate::scheduler::client_manager::{
     self, AnyEngine, EngineError, EngineReport, ResultSink, ScenarioResult, Work,
 };
@@ -30,23 +30,17 @@ pub(super) fn run(args: RunArgs) -> Result<(), Failure> {
     let request = Request::new(args)?;
     let scene = &request.scene;
 
-    let (given_poses, read_s) = timed(|| prepare::given_poses(&scene.scenarios));
-    let given_poses = given_poses?;
+    let (poses, read_s) = timed(|| Poses::of(&scene.scenarios));
+    let poses = poses?;
     // Workers come to life while meshes are loaded and trees are built.
-    let mut engine = start_engine(scene, given_poses.as_ref().map(Vec::len))?;
+    let mut engine = start_engine(scene, poses.len())?;
     let (meshes, load_s) = timed(|| prepare::load(scene));
     let meshes = meshes?;
     interrupt::check(&interrupt)?;
     let options = BuildOptions { kind: scene.tree };
     let (trees, build_s) = timed(|| prepare::build(&meshes, options, request.cache_dir.as_deref()));
     interrupt::check(&interrupt)?;
-    let (poses, placed_s) = timed(|| match (given_poses, &scene.scenarios) {
-        (Some(poses), _) => Ok(poses),
-        (None, Scenarios::Random(random)) => {
-            prepare::random_poses(random, &meshes, &trees, &interrupt)
-        }
-        (None, Scenarios::Poses { .. }) => unreachable!("they were read"),
-    });
+    let (poses, placed_s) = timed(|| poses.place(&meshes, &trees, &interrupt));
     let poses = poses?;
     // Only a comparison needs them again.
     let meshes = request.stats.then_some(meshes);
@@ -63,29 +57,27 @@ pub(super) fn run(args: RunArgs) -> Result<(), Failure> {
 
     let mut times = Times { load_s, build_s, poses_s: read_s + placed_s, ..Times::default() };
     let trees_summary = [trees.fixed(), trees.moving()].map(|tree| tree.summary.clone());
-    let mut tree_costs = Vec::new();
+    let mut compared = Ok(Vec::new());
     if let (Some(meshes), Some(measured), false) =
         (&meshes, &results.measured, report.interrupted || !report.set_aside.is_empty())
     {
         let cache_dir = request.cache_dir.as_deref();
         let job = Job { wanted: Wanted { pairs: false, ..job.wanted }, ..job };
         let comparison = Comparison { meshes, cache_dir, job };
-        tree_costs =
-            comparison.with_others(&mut *engine, scene.tree, (trees, build_s), measured)?;
+        compared = comparison.with_others(&mut *engine, scene.tree, (trees, build_s), measured);
     }
     drop(engine);
     times.wall_s = start.elapsed().as_secs_f64();
     let summary = Summary::new(scene, trees_summary, poses.len(), report, &results.tally, times);
-    finish(&Summary { tree_costs, ..summary }, &mut results, request.json)
+    // The answers are there, whatever came of the comparison.
+    let (tree_costs, failure) =
+        compared.map_or_else(|error| (Vec::new(), Some(error)), |costs| (costs, None));
+    let finished = finish(&Summary { tree_costs, ..summary }, &mut results, request.json);
+    failure.map_or(finished, Err)
 }
 
 /// No more workers than there are scenarios.
-fn start_engine(scene: &Scene, given: Option<usize>) -> anyhow::Result<Box<dyn AnyEngine>> {
-    let scenarios = match (&scene.scenarios, given) {
-        (_, Some(given)) => given,
-        (Scenarios::Random(random), None) => random.count.get() as usize,
-        (Scenarios::Poses { .. }, None) => unreachable!("they were read"),
-    };
+fn start_engine(scene: &Scene, scenarios: usize) -> anyhow::Result<Box<dyn AnyEngine>> {
     let most = WorkerCount::new(scenarios.clamp(1, WorkerCount::MAX as usize) as i64);
     let workers = scene.engine.worker_count().min(most.expect("clamped").get());
     let workers = WorkerCount::new(workers.get().into()).expect("fewer than it was");

@@ -12,7 +12,7 @@ use crate::geometry::{Pose, TriangleTest};
 use crate::tree::descent::{Descent, DescentError, Pair};
 use crate::tree::roots::{DistributedRoot, PreAnalysis, RootPair};
 use crate::tree::{Accuracy, BoxDepth, Counts, TreeKind, TreeView};
-use crate::workers::thread_clock::thread_ns;
+use crate::workers::clock::thread_ns;
 
 /// Timed runs of a scenario at a level, each right after an untimed one. The fastest counts: what
 /// disturbs only slows.

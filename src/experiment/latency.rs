@@ -5,6 +5,7 @@
 //! carries all of it. Either way the time ends when the worker has read its first and its last eight
 //! bytes.
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use hdrhistogram::Histogram;
@@ -16,7 +17,8 @@ use crate::transport::stream::{Pipes, Sockets};
 use crate::transport::threads::Threads;
 use crate::transport::{MasterEnd, Needs, TransportError, WakeUp, WorkerId};
 use crate::workers::Role;
-use crate::workers::echo::{Ping, Pong, ends, now_ns, pin};
+use crate::workers::clock::machine_ns;
+use crate::workers::echo::{Ping, Pong, ends, pin};
 
 /// One size over one transport with one way to wake up. Times in microseconds.
 #[derive(Clone, Debug, serde::Serialize)]
@@ -75,11 +77,14 @@ pub enum LatencyError {
     WorkerEnded { how: String, words: String },
     #[error("the worker's acknowledgement has {0} bytes")]
     Acknowledgement(usize),
+    #[error("interrupted")]
+    Interrupted,
 }
 
 /// Every combination, each told to `done` as soon as it is measured.
 pub fn measure(
     options: &LatencyOptions,
+    interrupt: &AtomicBool,
     done: &mut dyn FnMut(LatencyRow),
 ) -> Result<(), LatencyError> {
     pin(0);
@@ -93,7 +98,7 @@ pub fn measure(
             };
             let needs = Needs { workers: 1, job_bytes, wake_up };
             let processes = Processes { program: options.program.clone() };
-            let run = Run { transport, wake_up, options };
+            let run = Run { transport, wake_up, options, interrupt };
             match transport {
                 Transport::Iceoryx2 => {
                     run.over(SharedMemory::create(&default_base(), &needs)?, processes, done)?;
@@ -111,6 +116,7 @@ struct Run<'a> {
     transport: Transport,
     wake_up: WakeUp,
     options: &'a LatencyOptions,
+    interrupt: &'a AtomicBool,
 }
 
 const WORKER: WorkerId = WorkerId { slot: 0, incarnation: 0 };
@@ -162,6 +168,9 @@ impl Run<'_> {
         let mut round_trip = histogram();
         let begin = Instant::now();
         while round_trip.len() < FEWEST || begin.elapsed() < self.options.time {
+            if self.interrupt.load(Ordering::Relaxed) {
+                return Err(LatencyError::Interrupted);
+            }
             let (there, back) = pair.hand_over(&ping, body)?;
             one_way.record(there).expect("it grows as needed");
             round_trip.record(back).expect("it grows as needed");
@@ -197,10 +206,10 @@ struct Pair<T, W> {
 impl<T: MasterEnd, W: Worker> Pair<T, W> {
     /// Nanoseconds there, and there and back.
     fn hand_over(&mut self, ping: &Ping, body: &[u8]) -> Result<(u64, u64), LatencyError> {
-        let sent = now_ns();
+        let sent = machine_ns();
         self.end.send(WORKER, &[bytemuck::bytes_of(ping), body])?;
         let got_ns = self.acknowledged()?;
-        let back = now_ns();
+        let back = machine_ns();
         Ok((got_ns.saturating_sub(sent), back - sent))
     }
 

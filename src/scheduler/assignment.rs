@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::local_client::{
-    Analysis, Estate, Indicators, LocalClient, NewTask, OUTSTANDING_TASKS, SubtreeBytes,
+    Analysis, Indicators, LocalClient, NewTask, OUTSTANDING_TASKS, SubtreeBytes,
 };
 use super::matchmaker::{Candidate, Matchmaker};
 
@@ -42,7 +42,7 @@ pub struct Assignment {
     returned: BTreeSet<u32>,
     /// As `returned`, but so suspicious that all others come first.
     deferred: BTreeSet<u32>,
-    /// Clients that died at a task with this scenario unanswered.
+    /// Clients that died at this scenario.
     deaths: BTreeMap<u32, u32>,
     next_task: u64,
 }
@@ -91,39 +91,36 @@ impl Assignment {
         self.delivered = scenarios;
     }
 
-    /// Whether the scenario's geometry matters to the choice of its client: there is a choice, and
+    /// Whether a scenario's geometry matters to the choice of its client: there is a choice, and
     /// the rule looks at it.
-    pub fn wants_scores(&self, scenario: u32) -> bool {
-        self.matchmaker.rule().needs_scores() && self.candidates(scenario).count() > 1
+    pub fn wants_scores(&self) -> bool {
+        self.matchmaker.rule().needs_scores() && self.candidates().count() > 1
     }
 
     pub fn is_anyone_alive(&self) -> bool {
         self.clients.iter().any(LocalClient::is_alive)
     }
 
-    /// Whether somebody takes the scenario now.
-    pub fn can_assign(&self, scenario: u32) -> bool {
-        self.candidates(scenario).next().is_some()
+    /// Whether somebody takes a scenario now.
+    pub fn can_assign(&self) -> bool {
+        self.candidates().next().is_some()
     }
 
     /// Buffers the scenario, which is the next, with the candidate that the matchmaker picks; with
     /// none there is nobody who takes it.
     pub fn assign(&mut self, scenario: u32, analysis: Analysis) -> Option<usize> {
-        let candidates = self.scored(scenario, &analysis.indicators);
+        let candidates = self.scored(&analysis.indicators);
         let chosen = self.matchmaker.pick(&candidates)?;
         let client = &mut self.clients[chosen];
         client.push(scenario, analysis, &self.subtree_bytes);
-        if self.deaths.contains_key(&scenario) {
-            client.seal();
-        }
         if !(self.returned.remove(&scenario) || self.deferred.remove(&scenario)) {
             self.next = scenario + 1;
         }
         Some(chosen)
     }
 
-    fn scored(&self, scenario: u32, indicators: &Indicators) -> Vec<Candidate> {
-        self.candidates(scenario).map(|(index, c)| c.candidate(index, indicators)).collect()
+    fn scored(&self, indicators: &Indicators) -> Vec<Candidate> {
+        self.candidates().map(|(index, c)| c.candidate(index, indicators)).collect()
     }
 
     /// Turns the buffer of a client into a task if it is full, or if nothing more comes for now.
@@ -141,44 +138,32 @@ impl Assignment {
 
     fn is_full(&self, client: usize) -> bool {
         let client = &self.clients[client];
-        client.is_sealed()
-            || client.buffered() >= self.full_buffer()
+        client.buffered() >= self.full_buffer()
             || client.buffered_bytes() >= self.limits.bytes
-            // A suspect goes alone: what is buffered has to go first.
-            || self.next_scenario().is_none_or(|next| self.deaths.contains_key(&next))
+            || self.next_scenario().is_none()
     }
 
-    /// Takes back what a dead client has not answered. Which of the scenarios of its current task
-    /// was its end, if any was, cannot be known: from now on each of them goes alone, at the second
-    /// death after all others, and at the third not at all. Returns those: they are set aside.
-    pub fn client_died(&mut self, client: usize) -> Vec<u32> {
-        let Estate { at_work, untouched } = self.clients[client].die();
-        for scenario in untouched {
-            match self.deaths.get(&scenario) {
-                Some(2..) => self.deferred.insert(scenario),
-                _ => self.returned.insert(scenario),
-            };
-        }
-        let mut set_aside = Vec::new();
-        for scenario in at_work {
+    /// Takes back what a dead client has not answered. The scenario it died `at`, if it was at one,
+    /// may have been its end: at the second such death it goes after all others, and at the third
+    /// not at all. Returns whether it is so set aside.
+    pub fn client_died(&mut self, client: usize, at: Option<u32>) -> Option<u32> {
+        let mut set_aside = None;
+        for scenario in self.clients[client].die() {
             let deaths = self.deaths.entry(scenario).or_default();
-            *deaths += 1;
+            *deaths += u32::from(at == Some(scenario));
             match *deaths {
-                1 => drop(self.returned.insert(scenario)),
-                MOST_DEATHS => set_aside.push(scenario),
+                0 | 1 => drop(self.returned.insert(scenario)),
+                MOST_DEATHS.. => set_aside = Some(scenario),
                 _ => drop(self.deferred.insert(scenario)),
             }
         }
         set_aside
     }
 
-    /// Who takes the scenario: the unclaimed clients with the fewest tasks. Who has nothing to do
+    /// Who takes a scenario: the unclaimed clients with the fewest tasks. Who has nothing to do
     /// comes before those whose next task would have to wait.
-    fn candidates(&self, scenario: u32) -> impl Iterator<Item = (usize, &LocalClient)> {
-        let alone = self.deaths.contains_key(&scenario);
-        let takes =
-            move |client: &LocalClient| !client.is_claimed() && (!alone || client.buffered() == 0);
-        let unclaimed = move || self.clients.iter().enumerate().filter(move |(_, c)| takes(c));
+    fn candidates(&self) -> impl Iterator<Item = (usize, &LocalClient)> {
+        let unclaimed = || self.clients.iter().enumerate().filter(|(_, c)| !c.is_claimed());
         let fewest = unclaimed().map(|(_, client)| client.tasks()).min();
         unclaimed().filter(move |(_, client)| Some(client.tasks()) == fewest)
     }

@@ -291,7 +291,7 @@ mod tests {
     fn a_dead_clients_parts_are_forgotten_and_its_scenario_answered_anew() {
         let (mut collection, mut assignment) = two_tasks(PAIRS);
         collection.take(0, &reply(0, false, &[part(0, 4, 0, 3)]), &mut assignment).unwrap();
-        assignment.client_died(0);
+        assignment.client_died(0, None);
         collection.client_died(0);
         assert_eq!(assignment.next_scenario(), Some(0));
         assert_eq!(assignment.assign(0, Analysis::default()), Some(1));

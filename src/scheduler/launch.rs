@@ -24,6 +24,9 @@ pub trait Worker {
 
     /// The end of what it said of itself, in one line.
     fn last_words(&mut self) -> String;
+
+    /// The scenario it is at, or was when it died.
+    fn scenario(&self) -> Option<u32>;
 }
 
 /// Starts workers from what a transport has made for them.

@@ -59,15 +59,6 @@ struct Task {
     unanswered: Vec<u32>,
 }
 
-/// What a dead client leaves to others.
-#[derive(Debug, Default, PartialEq, Eq)]
-pub struct Estate {
-    /// The unanswered scenarios of the task it was at: one of them may have been its end.
-    pub at_work: Vec<u32>,
-    /// Sent or only buffered, but not begun.
-    pub untouched: Vec<u32>,
-}
-
 /// What a worker said and could not have said.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Unexpected {
@@ -88,13 +79,11 @@ pub struct LocalClient {
     buffer: Vec<Buffered>,
     /// Of the subtrees that the next task brings.
     buffer_bytes: u64,
-    /// Whether the buffer takes nothing more.
-    sealed: bool,
     /// Distributed roots that the next task brings.
     added: [Vec<u32>; 2],
     /// Oldest first, which is the order of the answers.
     tasks: VecDeque<Task>,
-    /// Trees that the worker was told of and has not taken yet: so long it is at no task.
+    /// Trees that the worker was told of and has not taken yet: so long it is given no task.
     trees_awaited: u32,
     /// Distributed roots the worker was given: of the fixed and of the moving tree.
     given: [ClientIndicator; 2],
@@ -106,7 +95,6 @@ impl Default for LocalClient {
             state: State::Starting,
             buffer: Vec::new(),
             buffer_bytes: 0,
-            sealed: false,
             added: Default::default(),
             tasks: VecDeque::new(),
             trees_awaited: 0,
@@ -130,13 +118,17 @@ impl LocalClient {
         self.state == State::Starting
     }
 
+    pub fn is_ready(&self) -> bool {
+        self.state == State::Ready
+    }
+
     pub fn is_alive(&self) -> bool {
         self.state != State::Dead
     }
 
     /// A claimed client takes no scenarios.
     pub fn is_claimed(&self) -> bool {
-        self.state != State::Ready || self.sealed || self.tasks.len() >= OUTSTANDING_TASKS
+        !self.has_room_for_task()
     }
 
     pub fn tasks(&self) -> usize {
@@ -170,18 +162,11 @@ impl LocalClient {
         }
     }
 
-    /// The buffer takes nothing more: its task is to be sent as it is.
-    pub fn seal(&mut self) {
-        self.sealed = true;
-    }
-
-    pub fn is_sealed(&self) -> bool {
-        self.sealed
-    }
-
     /// Whether it could be sent another task.
     pub fn has_room_for_task(&self) -> bool {
-        self.state == State::Ready && self.tasks.len() < OUTSTANDING_TASKS
+        self.state == State::Ready
+            && self.trees_awaited == 0
+            && self.tasks.len() < OUTSTANDING_TASKS
     }
 
     /// The buffer becomes a task.
@@ -190,7 +175,7 @@ impl LocalClient {
         batch.sort_unstable_by_key(|buffered| buffered.scenario);
         let unanswered = batch.iter().map(|buffered| buffered.scenario).collect();
         self.tasks.push_back(Task { number, unanswered });
-        (self.buffer_bytes, self.sealed) = (0, false);
+        self.buffer_bytes = 0;
         NewTask { number, batch, subtrees: std::mem::take(&mut self.added) }
     }
 
@@ -227,14 +212,16 @@ impl LocalClient {
         self.trees_awaited = self.trees_awaited.saturating_sub(1);
     }
 
-    pub fn die(&mut self) -> Estate {
-        let Self { mut tasks, buffer, trees_awaited, .. } =
+    pub fn awaits_trees(&self) -> bool {
+        self.trees_awaited > 0
+    }
+
+    /// Returns what it leaves to others: scenarios that were sent or buffered and have no answer.
+    pub fn die(&mut self) -> Vec<u32> {
+        let Self { tasks, buffer, .. } =
             std::mem::replace(self, Self { state: State::Dead, ..Self::default() });
-        let current = if trees_awaited == 0 { tasks.pop_front() } else { None };
-        let at_work = current.map(|task| task.unanswered).unwrap_or_default();
         let sent = tasks.into_iter().flat_map(|task| task.unanswered);
-        let buffered = buffer.into_iter().map(|buffered| buffered.scenario);
-        Estate { at_work, untouched: sent.chain(buffered).collect() }
+        sent.chain(buffer.into_iter().map(|buffered| buffered.scenario)).collect()
     }
 
     /// Another worker is started in the place of a dead one.
@@ -347,24 +334,19 @@ mod tests {
         client.begin_task(5);
         push(&mut client, 9);
         client.answered(4, 2).unwrap();
-        assert_eq!(client.die(), Estate { at_work: vec![1, 3], untouched: vec![7, 9] });
+        assert_eq!(client.die(), [1, 3, 7, 9]);
         assert!(client.is_claimed() && !client.is_alive());
     }
 
     #[test]
-    fn a_client_that_dies_while_it_takes_a_tree_was_at_no_scenario() {
-        let mut client = with_task(4, &[1, 2]);
+    fn a_client_is_claimed_until_it_has_taken_every_tree_that_it_was_told_of() {
+        let mut client = ready();
         client.told_of_tree();
         client.told_of_tree();
         client.took_tree();
-        assert_eq!(client.die(), Estate { at_work: vec![], untouched: vec![1, 2] });
-        client.restart();
-        client.ready().unwrap();
-        push(&mut client, 1);
-        client.begin_task(5);
-        client.told_of_tree();
+        assert!(client.is_claimed() && client.awaits_trees());
         client.took_tree();
-        assert_eq!(client.die(), Estate { at_work: vec![1], untouched: vec![] });
+        assert!(!client.is_claimed() && !client.awaits_trees());
     }
 
     #[test]

@@ -2,13 +2,13 @@
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
-use std::os::fd::{AsFd, BorrowedFd, FromRawFd, OwnedFd};
+use std::os::fd::{AsFd, AsRawFd, BorrowedFd, FromRawFd, OwnedFd};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
 use super::launch::Worker;
-use crate::transport::Attach;
-use crate::workers::{MASTER_ARGUMENT, ROLE_ARGUMENT, Role};
+use crate::transport::{Attach, descriptors};
+use crate::workers::{BOOKMARK_ARGUMENT, Bookmark, MASTER_ARGUMENT, ROLE_ARGUMENT, Role};
 
 /// Killed and reaped when dropped.
 #[derive(Debug)]
@@ -17,25 +17,30 @@ pub struct WorkerProcess {
     /// Readable once the process has ended.
     pidfd: OwnedFd,
     stderr: File,
+    bookmark: Bookmark,
 }
 
 impl WorkerProcess {
     pub fn start(program: &Path, attach: Attach, role: Role) -> io::Result<Self> {
         // A file and not a pipe: it never fills up, and nobody has to read along.
         let stderr = tempfile::tempfile()?;
+        let (bookmark, handed_down) = Bookmark::new()?;
+        descriptors::hand_down(&handed_down)?;
         let mut child = Command::new(program)
             .arg("worker")
             .arg(MASTER_ARGUMENT)
             .arg(std::process::id().to_string())
             .arg(ROLE_ARGUMENT)
             .arg(role.to_string())
+            .arg(BOOKMARK_ARGUMENT)
+            .arg(handed_down.as_raw_fd().to_string())
             .args(attach.arguments)
             .stdin(Stdio::null())
             .stdout(Stdio::null())
             .stderr(stderr.try_clone()?)
             .spawn()?;
         match pidfd(&child) {
-            Ok(pidfd) => Ok(Self { child, pidfd, stderr }),
+            Ok(pidfd) => Ok(Self { child, pidfd, stderr, bookmark }),
             Err(error) => {
                 child.kill()?;
                 child.wait()?;
@@ -76,6 +81,10 @@ impl Worker for WorkerProcess {
             Ok(_) if !words.is_empty() => words.join("; "),
             _ => "it said nothing".to_owned(),
         }
+    }
+
+    fn scenario(&self) -> Option<u32> {
+        self.bookmark.scenario()
     }
 }
 

@@ -1,13 +1,14 @@
 //! One worker as a thread of the master.
 
 use std::fs::File;
-use std::io::{self, Write};
-use std::os::fd::{AsFd, BorrowedFd, FromRawFd};
+use std::io;
+use std::os::fd::{AsFd, BorrowedFd};
 use std::thread::JoinHandle;
 
 use super::launch::Worker;
+use crate::transport::descriptors::{event, ring};
 use crate::transport::threads::ThreadWorker;
-use crate::workers::{Role, WorkerError, serve_in_place};
+use crate::workers::{Bookmark, Role, WorkerError, serve_in_place};
 
 /// A thread cannot be ended from outside. One that is dropped or killed is left alone: it ends by
 /// itself at its next message, because its channel is closed by then.
@@ -17,21 +18,25 @@ pub struct WorkerThread {
     death_notice: File,
     last_words: String,
     is_left_alone: bool,
+    bookmark: Bookmark,
 }
 
 impl WorkerThread {
     pub fn start(name: String, end: ThreadWorker, role: Role) -> io::Result<Self> {
         let death_notice = event()?;
         let knell = Knell(death_notice.try_clone()?);
+        let (bookmark, handed_down) = Bookmark::new()?;
+        let workers = Bookmark::open(handed_down)?;
         let thread = std::thread::Builder::new().name(name).spawn(move || {
             let _knell = knell;
-            serve_in_place(end, role)
+            serve_in_place(end, role, &workers)
         })?;
         Ok(Self {
             thread: Some(thread),
             death_notice,
             last_words: String::new(),
             is_left_alone: false,
+            bookmark,
         })
     }
 }
@@ -56,12 +61,15 @@ impl Worker for WorkerThread {
     fn kill(&mut self) {
         self.is_left_alone = true;
         self.last_words = "it had something to do and did not answer".to_owned();
-        // Fails only when the counter is full, and then it was rung.
-        let _ = self.death_notice.write(&1_u64.to_ne_bytes());
+        ring(&self.death_notice);
     }
 
     fn last_words(&mut self) -> String {
         self.last_words.clone()
+    }
+
+    fn scenario(&self) -> Option<u32> {
+        self.bookmark.scenario()
     }
 }
 
@@ -76,17 +84,6 @@ struct Knell(File);
 
 impl Drop for Knell {
     fn drop(&mut self) {
-        // Fails only when the counter is full, and then it was rung.
-        let _ = self.0.write(&1_u64.to_ne_bytes());
+        ring(&self.0);
     }
-}
-
-fn event() -> io::Result<File> {
-    // SAFETY: takes two numbers, and touches no memory.
-    let fd = unsafe { libc::eventfd(0, libc::EFD_CLOEXEC | libc::EFD_NONBLOCK) };
-    if fd < 0 {
-        return Err(io::Error::last_os_error());
-    }
-    // SAFETY: the call has just made this descriptor, and nobody else has it.
-    Ok(unsafe { File::from_raw_fd(fd) })
 }

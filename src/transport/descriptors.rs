@@ -1,7 +1,8 @@
 //! Open files: how many there may be, which of them a child inherits, which of them are ready.
 
 use std::ffi::OsStr;
-use std::io;
+use std::fs::File;
+use std::io::{self, Write};
 use std::os::fd::{AsFd, AsRawFd, BorrowedFd, FromRawFd, OwnedFd};
 use std::time::{Duration, Instant};
 
@@ -60,6 +61,23 @@ pub fn is_any_readable(watched: &[BorrowedFd<'_>]) -> io::Result<bool> {
 /// When a limit from now is over; `None` when it is further away than time goes.
 pub fn deadline(limit: Duration) -> Option<Instant> {
     Instant::now().checked_add(limit)
+}
+
+/// A counter that can be waited for: readable once 8 bytes with a number were written to it.
+pub fn event() -> io::Result<File> {
+    // SAFETY: takes two numbers, and touches no memory.
+    let fd = unsafe { libc::eventfd(0, libc::EFD_CLOEXEC | libc::EFD_NONBLOCK) };
+    if fd < 0 {
+        return Err(io::Error::last_os_error());
+    }
+    // SAFETY: the call has just made this descriptor, and nobody else has it.
+    Ok(unsafe { File::from_raw_fd(fd) })
+}
+
+/// Makes an [`event`] readable.
+pub fn ring(mut event: &File) {
+    // Fails only when the counter is full, and then it was rung.
+    let _ = event.write(&1_u64.to_ne_bytes());
 }
 
 /// Raises this process's limit of open files to `needed` if it is lower.

@@ -45,7 +45,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 mod attach;
-mod descriptors;
+pub mod descriptors;
 mod message;
 pub mod shared_memory;
 pub mod stream;

@@ -2,14 +2,15 @@
 //! processes. Geometry is one copy for all; a message is copied once.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
-use std::io;
+use std::fs::File;
+use std::io::{self, Read};
 use std::ops::Deref;
-use std::os::fd::{AsFd, AsRawFd, BorrowedFd, FromRawFd, OwnedFd};
+use std::os::fd::{AsFd, BorrowedFd};
 use std::sync::mpsc::{self, Receiver, Sender, SyncSender, TryRecvError, TrySendError};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use super::descriptors::{self, Interest, is_any_readable, poll};
+use super::descriptors::{self, Interest, event, is_any_readable, poll, ring};
 use super::message::Message;
 use super::wake_up::Asleep;
 use super::{
@@ -19,6 +20,11 @@ use super::{
 
 /// Replies that wait for the master before the worker has to.
 const QUEUED_REPLIES: usize = 8;
+
+/// Of the master itself: what any process has open, and the bell.
+const DESCRIPTORS_OF_RUN: u64 = 64;
+/// Death notices at both ends.
+const DESCRIPTORS_OF_WORKER: u64 = 2;
 
 /// While the master polls without end, it looks at descriptors only now and then.
 const LOOKS_PER_POLL: u32 = 256;
@@ -113,27 +119,18 @@ impl Board {
 /// Wakes the master, which also has descriptors to look at.
 #[derive(Debug)]
 struct Bell {
-    event: OwnedFd,
+    event: File,
     asleep: Asleep,
 }
 
 impl Bell {
     fn new() -> io::Result<Self> {
-        // SAFETY: takes numbers only.
-        let event = unsafe { libc::eventfd(0, libc::EFD_CLOEXEC | libc::EFD_NONBLOCK) };
-        if event < 0 {
-            return Err(io::Error::last_os_error());
-        }
-        // SAFETY: the call has just made this descriptor, and nobody else has it.
-        Ok(Self { event: unsafe { OwnedFd::from_raw_fd(event) }, asleep: Asleep::default() })
+        Ok(Self { event: event()?, asleep: Asleep::default() })
     }
 
     fn ring_if_asleep(&self) {
         if self.asleep.has_to_be_rung() {
-            let one = 1_u64;
-            let (event, one) = (self.event.as_raw_fd(), std::ptr::from_ref(&one).cast());
-            // SAFETY: `one` points to 8 bytes. It cannot fail: nobody rings 2^64 times.
-            unsafe { libc::write(event, one, size_of::<u64>()) };
+            ring(&self.event);
         }
     }
 
@@ -142,16 +139,17 @@ impl Bell {
     fn sleep(&self, watched: &[BorrowedFd<'_>], deadline: Option<Instant>) -> io::Result<bool> {
         let entries = watched.iter().copied().chain([self.event.as_fd()]);
         let ready = poll(entries.map(|fd| (fd, Interest::Read)), deadline)?;
-        let mut count = 0_u64;
-        let (event, count) = (self.event.as_raw_fd(), std::ptr::from_mut(&mut count).cast());
-        // SAFETY: `count` has room for 8 bytes. Nothing to read is not an error here.
-        unsafe { libc::read(event, count, size_of::<u64>()) };
+        // Nothing to read is not an error here.
+        let _ = (&self.event).read(&mut [0; size_of::<u64>()]);
         Ok(ready[..watched.len()].contains(&true))
     }
 }
 
 impl Threads {
     pub fn create(needs: &Needs) -> Result<Self, TransportError> {
+        descriptors::require(
+            DESCRIPTORS_OF_RUN + DESCRIPTORS_OF_WORKER * u64::from(needs.workers),
+        )?;
         let bell = Bell::new().map_err(|error| failed(&error))?;
         Ok(Self {
             board: Arc::default(),

@@ -56,13 +56,8 @@ const _: () = assert!(size_of::<JobHeader>() == 48 && align_of::<JobHeader>() ==
 const _: () = assert!(size_of::<ScenarioRecord>() == 104 && align_of::<ScenarioRecord>() == 8);
 
 impl ScenarioRecord {
-    /// To be descended from the top.
-    pub fn new(scenario: u32, pose: Pose) -> Self {
-        Self::with_root_pairs(scenario, pose, 0)
-    }
-
-    /// To be descended from so many pairs of distributed roots.
-    pub fn with_root_pairs(scenario: u32, pose: Pose, root_pairs: u32) -> Self {
+    /// With so many pairs of distributed roots to be descended from, none if from the top.
+    pub fn new(scenario: u32, pose: Pose, root_pairs: u32) -> Self {
         Self { scenario, root_pairs, pose }
     }
 }
@@ -272,13 +267,13 @@ mod tests {
 
     fn batch(scenarios: &[u32]) -> Vec<u64> {
         let records: Vec<_> =
-            scenarios.iter().map(|&s| ScenarioRecord::new(s, Pose::IDENTITY)).collect();
+            scenarios.iter().map(|&s| ScenarioRecord::new(s, Pose::IDENTITY, 0)).collect();
         words(&JobHeader::scenarios(7, [4, 5], records.len() as u32, false, WANTED), &records, &[])
     }
 
     /// Scenario 3 from two pairs of roots, scenario 4 from none, scenario 9 from one.
     fn rooted_batch() -> Vec<u64> {
-        let record = |s, count| ScenarioRecord::with_root_pairs(s, Pose::IDENTITY, count);
+        let record = |s, count| ScenarioRecord::new(s, Pose::IDENTITY, count);
         let header = JobHeader::scenarios(7, [4, 5], 3, true, WANTED);
         words(&header, &[record(3, 2), record(4, 0), record(9, 1)], &[[1, 2], [1, 3], [8, 8]])
     }
@@ -370,7 +365,7 @@ mod tests {
 
     #[test]
     fn root_pairs_that_are_not_announced_are_refused() {
-        let record = ScenarioRecord::with_root_pairs(3, Pose::IDENTITY, 1);
+        let record = ScenarioRecord::new(3, Pose::IDENTITY, 1);
         let header = JobHeader::scenarios(7, [4, 5], 1, false, WANTED);
         let refused = Err(WireError::Field { field: "root pairs", value: 1 });
         assert_eq!(Job::parse(bytes(&words(&header, &[record], &[[0, 0]]))), refused);

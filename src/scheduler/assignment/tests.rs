@@ -90,15 +90,15 @@ fn idle_clients_come_before_better_matching_busy_ones() {
 #[test]
 fn there_is_a_choice_only_among_clients_that_could_take_the_scenario_equally_soon() {
     let mut assignment = run_of(2, 1000, 1);
-    assert!(assignment.wants_scores(5));
+    assert!(assignment.wants_scores());
     assert_eq!(assign_next(&mut assignment), Some(0));
     assert!(assignment.take_task(0).is_some());
-    assert!(!assignment.wants_scores(5), "one is idle, the other has a task");
+    assert!(!assignment.wants_scores(), "one is idle, the other has a task");
     assert_eq!(assign_next(&mut assignment), Some(1));
     assert!(assignment.take_task(1).is_some());
-    assert!(assignment.wants_scores(5));
-    assignment.client_died(1);
-    assert!(!assignment.wants_scores(5));
+    assert!(assignment.wants_scores());
+    assignment.client_died(1, None);
+    assert!(!assignment.wants_scores());
 }
 
 #[test]
@@ -107,11 +107,11 @@ fn what_a_dead_client_had_goes_first_to_the_others() {
     assign_next(&mut assignment);
     assignment.clients[1].push(1, Analysis::default(), &SubtreeBytes::default());
     assignment.next = 2;
-    assignment.client_died(0);
+    assignment.client_died(0, None);
     assert_eq!(assignment.next_scenario(), Some(0));
     assert_eq!(assign_next(&mut assignment), Some(1));
     assert_eq!(assignment.next_scenario(), Some(2));
-    assignment.client_died(1);
+    assignment.client_died(1, None);
     assert!(!assignment.is_anyone_alive());
     assert_eq!(assign_next(&mut assignment), None);
 }
@@ -159,48 +159,52 @@ fn a_buffer_is_sent_when_its_subtrees_make_v_bytes() {
     assert_eq!(take_task(&mut assignment, 0), Some((0, vec![0, 1, 2])));
 }
 
-#[test]
-fn scenarios_of_a_task_that_a_client_died_at_go_alone_and_then_last() {
-    let mut assignment = run_of(2, 10, 2);
-    for scenario in 0..2 {
-        assignment.clients[0].push(scenario, Analysis::default(), &SubtreeBytes::default());
-    }
-    assignment.next = 2;
-    let task = take_task(&mut assignment, 0).unwrap();
-    assignment.clients[0].answered(task.0, 0).unwrap();
-    assert_eq!(assign_next(&mut assignment), Some(1), "scenario 2 is buffered");
-    assert!(assignment.client_died(0).is_empty());
-
-    assert_eq!(assignment.next_scenario(), Some(1));
-    assert!(!assignment.can_assign(1), "it does not go with others");
-    assert_eq!(take_task(&mut assignment, 1), Some((1, vec![2])), "so these go first");
-    assert_eq!(assign_next(&mut assignment), Some(1));
-    answer_all(&mut assignment, 1, (1, vec![2]));
-    assert_eq!(take_task(&mut assignment, 1), Some((2, vec![1])));
-    assert!(assignment.client_died(1).is_empty());
-
-    for client in &mut assignment.clients {
-        client.restart();
-        client.ready().unwrap();
-    }
+/// The scenarios in the order in which one client answers them, up to the one that ends it.
+fn answers_until(assignment: &mut Assignment, end: u32) -> Vec<u32> {
     let mut order = Vec::new();
-    while let Some(scenario) = assignment.next_scenario() {
-        assign_next(&mut assignment);
-        for client in 0..2 {
-            let Some(task) = take_task(&mut assignment, client) else { continue };
-            order.extend_from_slice(&task.1);
-            if task.1 != [1] {
-                answer_all(&mut assignment, client, task);
+    loop {
+        while assign_next(assignment).is_some() {}
+        let task = take_task(assignment, 0).unwrap();
+        for &scenario in &task.1 {
+            if scenario == end {
+                return order;
             }
+            assignment.clients[0].answered(task.0, scenario).unwrap();
+            order.push(scenario);
         }
-        assert!(order.contains(&scenario) || !assignment.clients.iter().all(|c| c.buffered() == 0));
+        assignment.clients[0].end_task(task.0).unwrap();
     }
-    assert_eq!(order.pop(), Some(1), "after all others");
-    order.sort_unstable();
-    assert_eq!(order, [3, 4, 5, 6, 7, 8, 9]);
-    let client = (0..2).find(|&client| assignment.clients[client].tasks() == 1).unwrap();
-    assert_eq!(assignment.client_died(client), [1], "the third death");
+}
+
+#[test]
+fn a_scenario_that_clients_die_at_goes_first_then_last_and_then_not_at_all() {
+    let mut assignment = run_of(1, 10, 3);
+    let restart = |assignment: &mut Assignment| {
+        assignment.clients[0].restart();
+        assignment.clients[0].ready().unwrap();
+    };
+    assert_eq!(answers_until(&mut assignment, 4), [0, 1, 2, 3]);
+    assert_eq!(assignment.client_died(0, Some(4)), None);
+    restart(&mut assignment);
+    assert_eq!(answers_until(&mut assignment, 4), [0; 0]);
+    assert_eq!(assignment.client_died(0, Some(4)), None);
+    restart(&mut assignment);
+    assert_eq!(answers_until(&mut assignment, 4), [5, 6, 7, 8, 9]);
+    assert_eq!(assignment.client_died(0, Some(4)), Some(4), "the third death");
     assert_eq!(assignment.next_scenario(), None);
+}
+
+#[test]
+fn a_scenario_is_not_blamed_for_deaths_at_another_or_at_none() {
+    let mut assignment = run_of(1, 3, 3);
+    for at in [None, Some(1), Some(2), Some(700), None, Some(1), Some(2)] {
+        assert_eq!(answers_until(&mut assignment, 0), [0; 0]);
+        assert_eq!(assignment.client_died(0, at), None);
+        assignment.clients[0].restart();
+        assignment.clients[0].ready().unwrap();
+    }
+    assert_eq!(assignment.next_scenario(), Some(0));
+    assert_eq!(answers_until(&mut assignment, 2), [0, 1]);
 }
 
 proptest! {
@@ -234,7 +238,10 @@ proptest! {
             take_tasks(&mut assignment);
             let alive = assignment.clients.iter().filter(|client| client.is_alive()).count();
             if what == 0 && alive > 1 {
-                for scenario in assignment.client_died(client) {
+                // It may have been at what it has to answer next, or have been idle.
+                let next = out[client].first().map(|(_, batch)| batch[0]);
+                let at = next.filter(|scenario| scenario % 3 > 0);
+                if let Some(scenario) = assignment.client_died(client, at) {
                     set_aside.push(scenario);
                     answers[scenario as usize] += 1;
                 }

@@ -160,6 +160,11 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Crew<T, L> {
         worker.ended().map_err(|source| EngineError::WatchWorker { worker: *id, source })
     }
 
+    /// The scenario that the worker is at, or was when it ended.
+    pub(super) fn scenario(&self, client: usize) -> Option<u32> {
+        self.members[client].worker.as_ref().and_then(Worker::scenario)
+    }
+
     /// Gives up a worker that has ended, or that is to end. What it sent before goes to `take`.
     pub(super) fn let_go(
         &mut self,
@@ -186,19 +191,27 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Crew<T, L> {
         tracing::warn!("a worker has died, others take its scenarios: {}", self.last_words);
     }
 
-    /// Puts another worker in the place of one that is gone, unless too many were there before.
-    pub(super) fn replace(&mut self, client: usize) -> Result<bool, EngineError> {
+    /// Puts another worker in the place of one that is gone, unless too many were there before. If
+    /// nobody can be started, the others go on without.
+    pub(super) fn replace(&mut self, client: usize) -> bool {
         let Member { id, slowdown, .. } = self.members[client];
         if id.incarnation >= self.restarts {
-            return Ok(false);
+            return false;
         }
         let id = WorkerId { incarnation: id.incarnation + 1, ..id };
-        let worker = self.launch(id, slowdown)?;
+        let worker = match self.launch(id, slowdown) {
+            Ok(worker) => worker,
+            Err(error) => {
+                tracing::warn!("nobody takes the place of a dead worker: {error}");
+                self.last_words = error.to_string();
+                return false;
+            }
+        };
         let member = &mut self.members[client];
         (member.id, member.worker, member.is_given_up) = (id, Some(worker), false);
         (member.started, member.heard) = (Instant::now(), Instant::now());
         tracing::info!("worker {id} takes its place");
-        Ok(true)
+        true
     }
 
     /// Of all workers that were in this place.

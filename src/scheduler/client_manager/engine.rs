@@ -13,8 +13,10 @@ use crate::scheduler::local_client::LocalClient;
 use crate::transport::MasterEnd;
 use crate::tree::TreeImage;
 use crate::tree::roots::Cut;
-use crate::wire::JobHeader;
+use crate::wire::{JobHeader, Reply};
 
+/// How soon a silent worker is noticed.
+const TICK: Duration = Duration::from_millis(100);
 /// For a worker to end by itself: it may be in the middle of a batch.
 const GRACE: Duration = Duration::from_secs(1);
 
@@ -99,6 +101,7 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Engine<T, L> {
     /// The memory is given back, here and with the workers, as soon as these have noticed.
     pub fn remove_mesh(&mut self, mesh: MeshId) -> Result<(), EngineError> {
         self.meshes.remove(&mesh).ok_or(EngineError::NoMesh(mesh))?;
+        self.settle()?;
         let of_mesh = |(key, _): &(TreeKey, u32)| key.mesh == mesh;
         let trees: Vec<_> = self.trees.iter().map(|(&k, &t)| (k, t)).filter(of_mesh).collect();
         for (key, tree) in trees {
@@ -153,6 +156,44 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Engine<T, L> {
         let report = outcome?;
         self.is_stopped = report.interrupted;
         Ok(report)
+    }
+
+    /// Waits until every worker has taken the trees that it was told of: what they look for has to be
+    /// there.
+    fn settle(&mut self) -> Result<(), EngineError> {
+        let awaiting = |clients: &[LocalClient]| clients.iter().any(LocalClient::awaits_trees);
+        while !self.is_stopped && awaiting(&self.clients) {
+            self.crew.wait(TICK)?;
+            for client in 0..self.crew.len() {
+                self.take_trees(client)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn take_trees(&mut self, client: usize) -> Result<(), EngineError> {
+        let state = &mut self.clients[client];
+        if !state.awaits_trees() {
+            return Ok(());
+        }
+        self.crew.receive(client, &mut |message| {
+            if let Ok(Reply::Tree(_)) = Reply::parse(message) {
+                state.took_tree();
+            }
+        })?;
+        match self.crew.ended(client)? {
+            None => self.crew.end_silent(client, self.options.patience),
+            Some(how) => {
+                self.crew.obituary(client, &how);
+                self.crew.let_go(client, &mut ignore)?;
+                self.forget_given(client);
+                self.clients[client].die();
+                if self.crew.replace(client) {
+                    self.clients[client].restart();
+                }
+            }
+        }
+        Ok(())
     }
 
     fn image(&self, mesh: MeshId) -> Result<Arc<TreeImage>, EngineError> {

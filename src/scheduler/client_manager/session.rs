@@ -136,6 +136,9 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
         sink: &mut dyn ResultSink,
         interrupt: &AtomicBool,
     ) -> Result<bool, EngineError> {
+        for client in 0..self.engine.crew.len() {
+            self.introduce(client)?;
+        }
         while !self.is_everything_answered() {
             if interrupt.load(Ordering::Relaxed) {
                 self.assignment.stop_at(0);
@@ -168,12 +171,13 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
         self.collection.delivered() as usize == self.work.poses.len()
     }
 
-    /// Tells a worker of both trees, with its first task: who has no task when the run ends was told
-    /// of nothing that may be gone by the time it looks.
+    /// Tells a worker that is ready of both trees. It gets no task before it has taken them.
     fn introduce(&mut self, client: usize) -> Result<(), EngineError> {
         for (side, tree) in self.trees.into_iter().enumerate() {
-            if self.engine.crew.tells_of(client, tree) {
-                self.assignment.clients[client].told_of_tree();
+            let state = &mut self.assignment.clients[client];
+            if state.is_ready() && self.engine.crew.tells_of(client, tree) {
+                state.told_of_tree();
+                self.engine.crew.begins(client);
                 let header = JobHeader::add_tree(tree);
                 let body = self.supply.tree(side);
                 self.engine.crew.send(client, &[bytemuck::bytes_of(&header), &body])?;
@@ -185,7 +189,7 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
     /// Fills the buffers of unclaimed clients, and sends those that are full.
     fn give_work(&mut self) -> Result<(), EngineError> {
         while let Some(scenario) = self.assignment.next_scenario() {
-            if !self.assignment.can_assign(scenario) {
+            if !self.assignment.can_assign() {
                 break;
             }
             let analysis = self.analyse(scenario);
@@ -201,7 +205,7 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
     /// changes nothing: then nothing is found out.
     fn analyse(&mut self, scenario: u32) -> Analysis {
         let from_roots = self.supply.start_from() == StartFrom::RootPairs;
-        if !from_roots && !self.assignment.wants_scores(scenario) {
+        if !from_roots && !self.assignment.wants_scores() {
             return Analysis::default();
         }
         let begin = Instant::now();
@@ -227,7 +231,6 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
             self.engine.crew.begins(client);
         }
         self.first_batch.get_or_insert_with(Instant::now);
-        self.introduce(client)?;
         for (side, roots) in task.subtrees.iter().enumerate() {
             for &root in roots {
                 let header = JobHeader::add_subtree(self.trees[side]);
@@ -253,7 +256,7 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
         };
         let record = |scenario: u32, root_pairs: usize| {
             let pose = self.work.poses[scenario as usize];
-            ScenarioRecord::with_root_pairs(scenario, pose, root_pairs as u32)
+            ScenarioRecord::new(scenario, pose, root_pairs as u32)
         };
         let roots_of = |buffered: &'_ Buffered| -> Vec<RootPair> {
             if from_roots { buffered.root_pairs.clone() } else { Vec::new() }
@@ -289,6 +292,9 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
             let since_start = self.engine.started.elapsed().as_secs_f64();
             self.report.start_workers_s = self.report.start_workers_s.max(since_start);
         }
+        if heard.is_ready {
+            self.introduce(client)?;
+        }
         if heard.has_answers {
             let now = Instant::now();
             if self.last_answers.replace(now).is_none() {
@@ -307,6 +313,7 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
     fn bury(&mut self, client: usize) -> Result<(), EngineError> {
         let Some(how) = self.engine.crew.ended(client)? else { return Ok(()) };
         self.engine.crew.obituary(client, &how);
+        let at = self.engine.crew.scenario(client);
         let (collection, assignment) = (&mut self.collection, &mut self.assignment);
         let mut heard = Heard::default();
         self.engine.crew.let_go(client, &mut |message| {
@@ -316,26 +323,14 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
         self.report.workers[client].died = true;
         self.engine.forget_given(client);
         self.collection.client_died(client);
-        for scenario in self.assignment.client_died(client) {
+        if let Some(scenario) = self.assignment.client_died(client, at) {
             tracing::warn!("scenario {scenario} is set aside: every worker at it has died");
             self.collection.set_aside(scenario);
         }
-        if !self.is_ending {
-            self.replace(client);
+        if !self.is_ending && self.engine.crew.replace(client) {
+            self.assignment.clients[client].restart();
         }
         Ok(())
-    }
-
-    /// If nobody can be started the run goes on with fewer.
-    fn replace(&mut self, client: usize) {
-        match self.engine.crew.replace(client) {
-            Ok(true) => self.assignment.clients[client].restart(),
-            Ok(false) => {}
-            Err(error) => {
-                tracing::warn!("nobody takes the place of a dead worker: {error}");
-                self.engine.crew.last_words = error.to_string();
-            }
-        }
     }
 
     /// Time in which the master itself did not listen, because it was stopped or a sink was slow, is
@@ -346,7 +341,7 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
         for (client, state) in self.assignment.clients.iter().enumerate() {
             if state.is_starting() {
                 self.engine.crew.end_late_starter(client);
-            } else if state.tasks() > 0 {
+            } else if state.tasks() > 0 || state.awaits_trees() {
                 self.engine.crew.end_silent(client, self.engine.options.patience);
             }
         }
