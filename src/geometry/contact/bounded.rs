@@ -1,0 +1,113 @@
+//! Crossings in f64 with running bounds on their error (Higham, "Accuracy and Stability of
+//! Numerical Algorithms", 2002, chapter 3).
+
+use super::crossing::{Crossing, Divider};
+use crate::geometry::Point;
+
+/// Half a unit in the last place of 1: the most a rounding adds to 1.
+const U: f64 = f64::EPSILON / 2.0;
+
+/// More than what underflow adds to a volume or area of differences below [`WIDEST`]: six products
+/// with an error of 2^-1075 each, times a difference. And more than what it adds to a coordinate.
+const UNDERFLOW: f64 = power_of_two(-960);
+/// Of the triangles' extent. Nothing overflows below, and above the least one [`UNDERFLOW`] is
+/// nothing beside the volumes and areas of well-conditioned crossings.
+const LEAST: f64 = power_of_two(-200);
+const WIDEST: f64 = power_of_two(100);
+
+/// Relative to the extent, the error that f64 may have beyond that of rounding the coordinates.
+const TOLERANCE: f64 = power_of_two(-40);
+
+/// What of an error is acceptable, for the crossings of two triangles.
+#[derive(Clone, Copy)]
+pub struct Limit(f64);
+
+/// A number and at least how far it is from the true one.
+struct Bounded {
+    value: f64,
+    error: f64,
+}
+
+impl Limit {
+    /// `extent`: the greatest of the rounded differences of coordinates.
+    pub fn for_extent(extent: f64) -> Self {
+        let in_range = LEAST <= extent && extent <= WIDEST;
+        Self(if in_range { extent * TOLERANCE } else { f64::NAN })
+    }
+}
+
+/// The crossing, and at most how far each coordinate is off; `None` if that is beyond the limit
+/// and rounding.
+///
+/// # Why the bound holds
+/// Let e bound the errors of d(p) and d(q), D be the rounded d(p) - d(q) and t the rounded
+/// d(p) / D. The true parameter is the same for all multiples of d, and where d(p) is off by x,
+/// d(q) by y and D by z more, it is off by ((1 - t) x + t y - t z) / D: at most e / D and a
+/// rounding. With that of the division, t is off by e / D + 2 u t. The direction q - p has one
+/// rounding and its product with t another, together 4 u t |q - p| and e / D |q - p|; the sum adds
+/// u times itself. Second-order terms and the roundings of the bound are far below a
+/// 2^-20th of it, which [`distance_bound`] adds.
+pub fn crossing(at: &Crossing<'_>, limit: Limit) -> Option<(Point, [f64; 3])> {
+    let [p, q] = at.ends;
+    let [d_p, d_q] = [at.divider.distance(p), at.divider.distance(q)];
+    // From the nearer end, which keeps t small.
+    let from_p = d_p.value.abs() <= d_q.value.abs();
+    let (from, to, d, other) =
+        if from_p { (p, q, d_p.value, d_q.value) } else { (q, p, d_q.value, d_p.value) };
+    let difference = d - other;
+    let t = d / difference;
+    let t_error = d_p.error.max(d_q.error) / difference.abs();
+    let along = [to[0] - from[0], to[1] - from[1], to[2] - from[2]];
+    let point = [from[0] + t * along[0], from[1] + t * along[1], from[2] + t * along[2]];
+    let ill = t_error * largest(along);
+    // Also if anything is not a number.
+    if !(ill <= limit.0 || ill <= U * largest(point) && limit.0 > 0.0) {
+        return None;
+    }
+    let along_error = t_error + 5.0 * U * t.abs();
+    Some((point, [0, 1, 2].map(|k| along[k].abs() * along_error + (U * point[k].abs() + UNDERFLOW))))
+}
+
+/// A bound of the Euclidean distance from the bounds of its coordinates.
+pub fn distance_bound(coordinates: [f64; 3]) -> f64 {
+    let most = largest(coordinates);
+    if most == 0.0 {
+        return 0.0;
+    }
+    let [x, y, z] = coordinates.map(|c| c / most);
+    // The next number, as the product of a subnormal one may round by much.
+    (most * ((x * x + y * y + z * z).sqrt() * (1.0 + power_of_two(-20)))).next_up()
+}
+
+impl Divider<'_> {
+    /// The volume or area with `p`. Each of its products of coordinates takes part in at most
+    /// eight (four) roundings: of its differences, itself and of sums.
+    fn distance(&self, p: &Point) -> Bounded {
+        match *self {
+            Divider::Plane([a, b, c]) => {
+                let [u, v, w] = [b, c, p].map(|x| [x[0] - a[0], x[1] - a[1], x[2] - a[2]]);
+                let products = [[1, 2], [2, 0], [0, 1]].map(|[i, j]| [u[i] * v[j], u[j] * v[i]]);
+                let normal = products.map(|[x, y]| x - y);
+                let sizes = products.map(|[x, y]| x.abs() + y.abs());
+                let value = normal[0] * w[0] + normal[1] * w[1] + normal[2] * w[2];
+                let size = sizes[0] * w[0].abs() + sizes[1] * w[1].abs() + sizes[2] * w[2].abs();
+                Bounded { value, error: 9.0 * U * size + UNDERFLOW }
+            }
+            Divider::Line([a, b], [x, y]) => {
+                let [u, w] = [b, p].map(|point| [point[x] - a[x], point[y] - a[y]]);
+                let products = [u[0] * w[1], u[1] * w[0]];
+                let size = products[0].abs() + products[1].abs();
+                Bounded { value: products[0] - products[1], error: 5.0 * U * size + UNDERFLOW }
+            }
+        }
+    }
+}
+
+fn largest(values: [f64; 3]) -> f64 {
+    values[0].abs().max(values[1].abs()).max(values[2].abs())
+}
+
+/// 2^exponent, for exponents of normal numbers.
+pub const fn power_of_two(exponent: i32) -> f64 {
+    f64::from_bits(((exponent + 1023) as u64) << 52)
+}
