@@ -29,10 +29,10 @@ struct Bounded {
 }
 
 impl Limit {
-    /// `extent`: the greatest of the rounded differences of coordinates.
-    pub fn for_extent(extent: f64) -> Self {
-        let in_range = LEAST <= extent && extent <= WIDEST;
-        Self(if in_range { extent * TOLERANCE } else { f64::NAN })
+    /// `extent`: the greatest of the rounded differences of coordinates; `None` where the bounds do
+    /// not hold.
+    pub fn for_extent(extent: f64) -> Option<Self> {
+        (LEAST <= extent && extent <= WIDEST).then_some(Self(extent * TOLERANCE))
     }
 }
 
@@ -43,10 +43,10 @@ impl Limit {
 /// Let e bound the errors of d(p) and d(q), D be the rounded d(p) - d(q) and t the rounded
 /// d(p) / D. The true parameter is the same for all multiples of d, and where d(p) is off by x,
 /// d(q) by y and D by z more, it is off by ((1 - t) x + t y - t z) / D: at most e / D and a
-/// rounding. With that of the division, t is off by e / D + 2 u t. The direction q - p has one
-/// rounding and its product with t another, together 4 u t |q - p| and e / D |q - p|; the sum adds
-/// u times itself. Second-order terms and the roundings of the bound are far below a
-/// 2^-20th of it, which [`distance_bound`] adds.
+/// rounding, u t. With those of the quotient, t is off by e / D + 3 u t. The direction q - p has
+/// one rounding and its product with t another, together 5 u t |q - p| and e / D |q - p|; the sum
+/// adds u times itself. The sixth u is for terms of second order, and with the roundings of the
+/// bound, far below a 2^-20th of it, which [`distance_bound`] adds.
 pub fn crossing(at: &Crossing<'_>, limit: Limit) -> Option<(Point, [f64; 3])> {
     let [p, q] = at.ends;
     let [d_p, d_q] = [at.divider.distance(p), at.divider.distance(q)];
@@ -54,29 +54,34 @@ pub fn crossing(at: &Crossing<'_>, limit: Limit) -> Option<(Point, [f64; 3])> {
     let from_p = d_p.value.abs() <= d_q.value.abs();
     let (from, to, d, other) =
         if from_p { (p, q, d_p.value, d_q.value) } else { (q, p, d_q.value, d_p.value) };
-    let difference = d - other;
-    let t = d / difference;
-    let t_error = d_p.error.max(d_q.error) / difference.abs();
+    let reciprocal = 1.0 / (d - other);
+    let t = d * reciprocal;
+    let t_error = d_p.error.max(d_q.error) * reciprocal.abs();
     let along = [to[0] - from[0], to[1] - from[1], to[2] - from[2]];
     let point = [from[0] + t * along[0], from[1] + t * along[1], from[2] + t * along[2]];
     let ill = t_error * largest(along);
-    // Also if anything is not a number.
-    if !(ill <= limit.0 || ill <= U * largest(point) && limit.0 > 0.0) {
+    let acceptable = ill <= limit.0.max(U * largest(*from));
+    // Not so either if the difference is zero.
+    if !acceptable {
         return None;
     }
-    let along_error = t_error + 5.0 * U * t.abs();
+    let along_error = t_error + 6.0 * U * t.abs();
     Some((point, [0, 1, 2].map(|k| along[k].abs() * along_error + (U * point[k].abs() + UNDERFLOW))))
 }
 
 /// A bound of the Euclidean distance from the bounds of its coordinates.
 pub fn distance_bound(coordinates: [f64; 3]) -> f64 {
+    const SLACK: f64 = 1.0 + power_of_two(-20);
+    let length = |[x, y, z]: [f64; 3]| (x * x + y * y + z * z).sqrt() * SLACK;
     let most = largest(coordinates);
     if most == 0.0 {
-        return 0.0;
+        0.0
+    } else if (power_of_two(-400)..power_of_two(400)).contains(&most) {
+        length(coordinates)
+    } else {
+        // The next number, as the product may be subnormal, and round by much.
+        (most * length(coordinates.map(|c| c / most))).next_up()
     }
-    let [x, y, z] = coordinates.map(|c| c / most);
-    // The next number, as the product of a subnormal one may round by much.
-    (most * ((x * x + y * y + z * z).sqrt() * (1.0 + power_of_two(-20)))).next_up()
 }
 
 impl Divider<'_> {

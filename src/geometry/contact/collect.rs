@@ -5,7 +5,7 @@ use crate::geometry::Point;
 
 /// Takes corners one by one, and computes where they are.
 pub struct Collector {
-    limit: Limit,
+    limit: Option<Limit>,
     corners: Corners,
     faces: [[Face; 2]; Corners::MOST],
     /// The largest of all corners, for each coordinate.
@@ -29,8 +29,8 @@ impl Collector {
         match place {
             Place::Vertex(vertex) => self.corners.push(*vertex),
             Place::Crossing(crossing) => {
-                let (point, errors) = bounded::crossing(&crossing, self.limit)
-                    .unwrap_or_else(|| exact::crossing(&crossing));
+                let approximate = self.limit.and_then(|limit| bounded::crossing(&crossing, limit));
+                let (point, errors) = approximate.unwrap_or_else(|| exact::crossing(&crossing));
                 self.corners.push(point);
                 self.errors = [0, 1, 2].map(|k| self.errors[k].max(errors[k]));
             }
