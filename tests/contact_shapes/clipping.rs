@@ -42,9 +42,8 @@ impl CommonSet {
         let Fraction { x, w } = &self.corners[corner];
         let numbers = point.iter().copied().chain([error]);
         let exponent = lowest_exponent(numbers).min(self.exponent);
-        let distance = |k: usize| {
-            (&x[k] << (self.exponent - exponent)) - integer(point[k], exponent) * w
-        };
+        let distance =
+            |k: usize| (&x[k] << (self.exponent - exponent)) - integer(point[k], exponent) * w;
         let squared: BigInt = [0, 1, 2].map(distance).iter().map(|d| d * d).sum();
         squared <= (integer(error, exponent) * w).pow(2)
     }
@@ -158,9 +157,8 @@ fn extreme_points(points: Vec<Fraction>) -> Vec<Fraction> {
             distinct.push(point);
         }
     }
-    let is_between_others = |point: &Fraction| {
-        distinct.iter().any(|p| distinct.iter().any(|q| point.is_between(p, q)))
-    };
+    let is_between_others =
+        |point: &Fraction| distinct.iter().any(|p| distinct.iter().any(|q| point.is_between(p, q)));
     distinct.iter().filter(|point| !is_between_others(point)).cloned().collect()
 }
 
@@ -205,9 +203,5 @@ fn dot(u: &Vector, v: &Vector) -> BigInt {
 }
 
 fn cross(u: &Vector, v: &Vector) -> Vector {
-    [
-        &u[1] * &v[2] - &u[2] * &v[1],
-        &u[2] * &v[0] - &u[0] * &v[2],
-        &u[0] * &v[1] - &u[1] * &v[0],
-    ]
+    [&u[1] * &v[2] - &u[2] * &v[1], &u[2] * &v[0] - &u[0] * &v[2], &u[0] * &v[1] - &u[1] * &v[0]]
 }

@@ -52,7 +52,10 @@ fn at([p, q, r]: &Triangle, [u, v]: [i32; 2]) -> Point {
 
 /// Eighths, most of them within the triangle, many on its edges.
 fn weights() -> impl Strategy<Value = [i32; 2]> {
-    prop_oneof![(0..=8, 0..=8).prop_map(|(u, v): (i32, i32)| [u.min(8 - v), v]), prop::array::uniform2(-8..=8)]
+    prop_oneof![
+        (0..=8, 0..=8).prop_map(|(u, v): (i32, i32)| [u.min(8 - v), v]),
+        prop::array::uniform2(-8..=8)
+    ]
 }
 
 fn nudged(x: f64, ulps: i64) -> f64 {

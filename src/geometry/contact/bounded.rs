@@ -49,7 +49,7 @@ impl Limit {
 /// bound, far below a 2^-20th of it, which [`distance_bound`] adds.
 pub fn crossing(at: &Crossing<'_>, limit: Limit) -> Option<(Point, [f64; 3])> {
     let [p, q] = at.ends;
-    let [d_p, d_q] = [at.divider.distance(p), at.divider.distance(q)];
+    let [d_p, d_q] = at.divider.bounded_distances(at.ends);
     // From the nearer end, which keeps t small.
     let from_p = d_p.value.abs() <= d_q.value.abs();
     let (from, to, d, other) =
@@ -57,7 +57,7 @@ pub fn crossing(at: &Crossing<'_>, limit: Limit) -> Option<(Point, [f64; 3])> {
     let reciprocal = 1.0 / (d - other);
     let t = d * reciprocal;
     let t_error = d_p.error.max(d_q.error) * reciprocal.abs();
-    let along = [to[0] - from[0], to[1] - from[1], to[2] - from[2]];
+    let along = sub(to, from);
     let point = [from[0] + t * along[0], from[1] + t * along[1], from[2] + t * along[2]];
     let ill = t_error * largest(along);
     let acceptable = ill <= limit.0.max(U * largest(*from));
@@ -66,7 +66,10 @@ pub fn crossing(at: &Crossing<'_>, limit: Limit) -> Option<(Point, [f64; 3])> {
         return None;
     }
     let along_error = t_error + 6.0 * U * t.abs();
-    Some((point, [0, 1, 2].map(|k| along[k].abs() * along_error + (U * point[k].abs() + UNDERFLOW))))
+    Some((
+        point,
+        [0, 1, 2].map(|k| along[k].abs() * along_error + (U * point[k].abs() + UNDERFLOW)),
+    ))
 }
 
 /// A bound of the Euclidean distance from the bounds of its coordinates.
@@ -85,29 +88,42 @@ pub fn distance_bound(coordinates: [f64; 3]) -> f64 {
 }
 
 impl Divider<'_> {
-    /// The volume or area with `p`. Each of its products of coordinates takes part in at most
-    /// eight (four) roundings: of its differences, itself and of sums.
-    fn distance(&self, p: &Point) -> Bounded {
+    /// The volumes or areas with two points. Each of their products of coordinates takes part in at
+    /// most eight (four) roundings: of its differences, itself and of sums.
+    #[inline]
+    fn bounded_distances(&self, points: [&Point; 2]) -> [Bounded; 2] {
         match *self {
             Divider::Plane([a, b, c]) => {
-                let [u, v, w] = [b, c, p].map(|x| [x[0] - a[0], x[1] - a[1], x[2] - a[2]]);
-                let products = [[1, 2], [2, 0], [0, 1]].map(|[i, j]| [u[i] * v[j], u[j] * v[i]]);
-                let normal = products.map(|[x, y]| x - y);
-                let sizes = products.map(|[x, y]| x.abs() + y.abs());
-                let value = normal[0] * w[0] + normal[1] * w[1] + normal[2] * w[2];
-                let size = sizes[0] * w[0].abs() + sizes[1] * w[1].abs() + sizes[2] * w[2].abs();
-                Bounded { value, error: 9.0 * U * size + UNDERFLOW }
+                let [u, v] = [sub(b, a), sub(c, a)];
+                let [x, y, z] = [[1, 2], [2, 0], [0, 1]].map(|[i, j]| (u[i] * v[j], u[j] * v[i]));
+                let normal = [x.0 - x.1, y.0 - y.1, z.0 - z.1];
+                let sizes = [x, y, z].map(|(plus, minus)| plus.abs() + minus.abs());
+                points.map(|p| {
+                    let w = sub(p, a);
+                    let value = normal[0] * w[0] + normal[1] * w[1] + normal[2] * w[2];
+                    let size =
+                        sizes[0] * w[0].abs() + sizes[1] * w[1].abs() + sizes[2] * w[2].abs();
+                    Bounded { value, error: 9.0 * U * size + UNDERFLOW }
+                })
             }
             Divider::Line([a, b], [x, y]) => {
-                let [u, w] = [b, p].map(|point| [point[x] - a[x], point[y] - a[y]]);
-                let products = [u[0] * w[1], u[1] * w[0]];
-                let size = products[0].abs() + products[1].abs();
-                Bounded { value: products[0] - products[1], error: 5.0 * U * size + UNDERFLOW }
+                let u = [b[x] - a[x], b[y] - a[y]];
+                points.map(|p| {
+                    let (plus, minus) = (u[0] * (p[y] - a[y]), u[1] * (p[x] - a[x]));
+                    let size = plus.abs() + minus.abs();
+                    Bounded { value: plus - minus, error: 5.0 * U * size + UNDERFLOW }
+                })
             }
         }
     }
 }
 
+#[inline]
+fn sub(a: &Point, b: &Point) -> Point {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+#[inline]
 fn largest(values: [f64; 3]) -> f64 {
     values[0].abs().max(values[1].abs()).max(values[2].abs())
 }

@@ -30,7 +30,7 @@ pub fn corners([a, b]: [&Triangle; 2], [sides_a, sides_b]: [Sides; 2], found: &m
     }
     let axes = clearest_projection(a, b);
     let hulls = [Hull::new(a, axes), Hull::new(b, axes)];
-    if hulls.iter().all(|hull| hull.count < 3) {
+    if hulls.iter().all(|hull| !hull.is_proper()) {
         let [[p, q], [r, s]] = [&hulls[0], &hulls[1]].map(Hull::ends);
         if orient(p, q, r, s).is_ne() {
             return;
@@ -68,13 +68,14 @@ fn across_plane<'a>(
 ///
 /// A corner of the common set is a vertex of one of the hulls, or two edges cross there.
 fn coplanar_corners([a, b]: &[Hull<'_>; 2], axes: [usize; 2], found: &mut Collector) {
+    let (sides_b, sides_a) = (a.sides(b), b.sides(a));
     for i in a.vertices() {
-        if let Some(face) = b.locate(&a.triangle[i], &a.flat[i]) {
+        if let Some(face) = b.locate(&a.triangle[i], sides_a.map(|edge| edge[i])) {
             found.push(Place::Vertex(&a.triangle[i]), [Face::vertex(i), face]);
         }
     }
     for j in b.vertices() {
-        match a.locate(&b.triangle[j], &b.flat[j]) {
+        match a.locate(&b.triangle[j], sides_b.map(|edge| edge[j])) {
             // A vertex of both was found above.
             Some(face) if !face.is_vertex() => {
                 found.push(Place::Vertex(&b.triangle[j]), [face, Face::vertex(j)]);
@@ -82,11 +83,9 @@ fn coplanar_corners([a, b]: &[Hull<'_>; 2], axes: [usize; 2], found: &mut Collec
             _ => {}
         }
     }
-    for [p, q] in a.edges() {
-        for [r, s] in b.edges() {
-            if separates(&a.flat[p], &a.flat[q], &b.flat[r], &b.flat[s])
-                && separates(&b.flat[r], &b.flat[s], &a.flat[p], &a.flat[q])
-            {
+    for (&[p, q], of_b) in a.edges().iter().zip(&sides_b) {
+        for (&[r, s], of_a) in b.edges().iter().zip(&sides_a) {
+            if opposite(of_a[p], of_a[q]) && opposite(of_b[r], of_b[s]) {
                 let crossing = Crossing {
                     ends: [&a.triangle[p], &a.triangle[q]],
                     divider: Divider::Line([&b.triangle[r], &b.triangle[s]], axes),
@@ -97,68 +96,69 @@ fn coplanar_corners([a, b]: &[Hull<'_>; 2], axes: [usize; 2], found: &mut Collec
     }
 }
 
-/// Whether the line through `p` and `q` has `r` and `s` strictly on different sides.
-fn separates(p: &Point2, q: &Point2, r: &Point2, s: &Point2) -> bool {
-    let side = orient2d(p, q, r);
-    side.is_ne() && orient2d(p, q, s) == side.reverse()
+/// Whether two points are strictly on different sides.
+fn opposite(side: Ordering, other: Ordering) -> bool {
+    side.is_ne() && side == other.reverse()
 }
 
 /// A triangle, segment or point with its image in a coordinate plane.
 struct Hull<'a> {
     triangle: &'a Triangle,
     flat: [Point2; 3],
-    corners: [usize; 3],
-    count: usize,
     orientation: Ordering,
+    /// The first and the last vertex in lexicographic order.
+    ends: [usize; 2],
 }
 
 impl<'a> Hull<'a> {
+    /// `axes`: of a plane on which the triangle does not become a line, unless it is one.
     fn new(triangle: &'a Triangle, axes: [usize; 2]) -> Self {
         let flat = project(triangle, axes);
         let orientation = orient2d(&flat[0], &flat[1], &flat[2]);
-        let [low, high] = extremes(triangle);
-        // Seen on a plane on which it does not become a line, unless it is one.
-        let (corners, count) = if orientation.is_ne() {
-            ([0, 1, 2], 3)
-        } else {
-            ([low, high, high], if low == high { 1 } else { 2 })
-        };
-        Self { triangle, flat, corners, count, orientation }
+        Self { triangle, flat, orientation, ends: extremes(triangle) }
+    }
+
+    fn is_proper(&self) -> bool {
+        self.orientation.is_ne()
     }
 
     fn ends(&self) -> [&'a Point; 2] {
-        extremes(self.triangle).map(|i| &self.triangle[i])
+        self.ends.map(|i| &self.triangle[i])
     }
 
     fn vertices(&self) -> impl Iterator<Item = usize> {
-        self.corners[..self.count].iter().copied()
+        let is_corner = |i: &usize| self.is_proper() || self.ends.contains(i);
+        (0..3).filter(is_corner)
     }
 
-    fn edges(&self) -> impl Iterator<Item = [usize; 2]> {
-        let [i, j, k] = self.corners;
-        [[i, j], [j, k], [k, i]].into_iter().take([0, 0, 1, 3][self.count])
+    /// Of a proper triangle the edge opposite each vertex.
+    fn edges(&self) -> &[[usize; 2]] {
+        const OPPOSITE: [[usize; 2]; 3] = [[1, 2], [2, 0], [0, 1]];
+        if self.is_proper() { &OPPOSITE } else { std::slice::from_ref(&self.ends) }
     }
 
-    /// The face that a point of the plane is on, `None` outside.
-    fn locate(&self, point: &Point, flat: &Point2) -> Option<Face> {
-        let [i, j, _] = self.corners;
-        if let Some(vertex) = self.vertices().find(|&v| self.triangle[v] == *point) {
-            return Some(Face::vertex(vertex));
+    /// On which side of each edge the other's vertices are.
+    fn sides(&self, other: &Hull<'_>) -> [[Ordering; 3]; 3] {
+        let mut sides = [[Ordering::Equal; 3]; 3];
+        for (side, &[p, q]) in sides.iter_mut().zip(self.edges()) {
+            *side = other.flat.each_ref().map(|r| orient2d(&self.flat[p], &self.flat[q], r));
         }
-        match self.count {
-            1 => None,
-            2 => {
-                let (p, q) = (&self.flat[i], &self.flat[j]);
-                let between = self.triangle[i] < *point && *point < self.triangle[j];
-                (between && orient2d(p, q, flat).is_eq()).then(|| Face::edge(i, j))
-            }
-            _ => {
-                let [a, b, c] = &self.flat;
-                let weights = [orient2d(b, c, flat), orient2d(c, a, flat), orient2d(a, b, flat)];
-                let outside = weights.contains(&self.orientation.reverse());
-                (!outside).then(|| Face::with_weights(weights.map(Ordering::is_ne)))
-            }
+        sides
+    }
+
+    /// The face that a point of the plane is on, `None` outside; `sides`: of each edge.
+    fn locate(&self, point: &Point, sides: [Ordering; 3]) -> Option<Face> {
+        if self.is_proper() {
+            // The area with an edge is the weight of the vertex opposite.
+            let is_outside = sides.contains(&self.orientation.reverse());
+            return (!is_outside).then(|| Face::with_weights(sides.map(Ordering::is_ne)));
         }
+        let [low, high] = self.ends();
+        if let Some(end) = self.ends.into_iter().find(|&i| self.triangle[i] == *point) {
+            return Some(Face::vertex(end));
+        }
+        let is_between = low < point && point < high && sides[0].is_eq();
+        is_between.then(|| Face::edge(self.ends[0], self.ends[1]))
     }
 }
 
@@ -174,11 +174,12 @@ fn clearest_projection(a: &Triangle, b: &Triangle) -> [usize; 2] {
         let sizes = [a, b, [a[0], a[1], b[0]], [a[0], a[1], b[1]]].map(area);
         sizes.into_iter().fold(0.0, f64::max)
     };
-    let mut projections = PROJECTIONS;
-    projections.sort_by(|p, q| size(q).total_cmp(&size(p)));
+    let mut projections = PROJECTIONS.map(|axes| (size(&axes), axes));
+    projections.sort_by(|p, q| q.0.total_cmp(&p.0));
     let is_clear =
         |axes: &[usize; 2]| !collinear([project(a, *axes), project(b, *axes)].as_flattened());
-    projections.into_iter().find(is_clear).unwrap_or(PROJECTIONS[0])
+    let mut projections = projections.into_iter().map(|(_, axes)| axes);
+    projections.find(is_clear).unwrap_or(PROJECTIONS[0])
 }
 
 /// The numbers of the first and the last vertex in lexicographic order, in which collinear points
