@@ -2,6 +2,7 @@
 //! fractions.
 
 mod clipping;
+mod curves;
 #[path = "../hardcase_suite/mod.rs"]
 mod hardcase_suite;
 mod properties;

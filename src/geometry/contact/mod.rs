@@ -11,6 +11,7 @@
 mod bounded;
 mod collect;
 mod crossing;
+pub mod curves;
 mod exact;
 mod flat;
 mod plain;
