@@ -1,6 +1,6 @@
 //! Random pairs, and pairs that are degenerate or nearly so by construction.
 
-use bumper::geometry::contact::{Kind, certified};
+use bumper::geometry::contact::{Kind, certified, plain_f32, plain_f64};
 use bumper::geometry::{Point, Triangle};
 use proptest::prelude::*;
 
@@ -182,6 +182,46 @@ proptest! {
         let size = 1.0 + shift;
         prop_assert!(contact.error() <= 40.0 * f64::EPSILON + 2.0 * size * f64::EPSILON);
         assert_right(&a, &b)?;
+        let exact = contact.corners();
+        let plain = [(plain_f64(&a, &b), 1e-14 * size), (plain_f32(&a, &b), 1e-5 * size)];
+        for (found, tolerance) in plain {
+            // So far away 32 bits tell nothing apart.
+            prop_assert!(found.is_some() || far > 10);
+            if let Some(found) = found && far <= 10 {
+                let ends = found.points();
+                prop_assert_eq!(ends.len(), 2);
+                let is_near = |turn: usize| {
+                    (0..2).all(|i| (0..3).all(|k| {
+                        (ends[i][k] - exact[(i + turn) % 2][k]).abs() <= tolerance
+                    }))
+                };
+                prop_assert!(is_near(0) || is_near(1), "{:?} {:?}", exact, ends);
+            }
+        }
+    }
+}
+
+/// The rounded volumes of both ends of an edge are the same, not zero: a division by zero.
+#[test]
+fn an_edge_that_rounding_makes_parallel_to_the_plane() {
+    let third = |t: [[f64; 3]; 3]| t.map(|p| p.map(|c| c / 3.0));
+    let a = third([[7.0, 18.0, 12.0], [3.0, -28.0, -13.0], [-12.0, -19.0, -16.0]]);
+    let b = third([[-8.0, 23.0, 7.0], [3.0, -14.0, -6.0], [0.0, 1.0, 0.0]]);
+    assert_eq!(fault(&a, &b), None);
+}
+
+/// Two triangles that cut off all corners of each other.
+#[test]
+fn plain_arithmetic_finds_a_hexagon() {
+    let a = [[0.0, 0.0, 1.0], [3.0, 0.0, 1.0], [0.0, 3.0, 1.0]];
+    let b = [[2.0, 2.0, 1.0], [-1.0, 2.0, 1.0], [2.0, -1.0, 1.0]];
+    assert_eq!(fault(&a, &b), None);
+    let exact = certified(&a, &b).unwrap();
+    assert_eq!(exact.corners().len(), 6);
+    for plain in [plain_f64(&a, &b), plain_f32(&a, &b)] {
+        let plain = plain.unwrap();
+        assert_eq!(plain.points().len(), 6);
+        assert!(plain.points().iter().all(|p| exact.corners().contains(p)), "{plain:?}");
     }
 }
 

@@ -32,7 +32,7 @@ impl Limit {
     /// `extent`: the greatest of the rounded differences of coordinates; `None` where the bounds do
     /// not hold.
     pub fn for_extent(extent: f64) -> Option<Self> {
-        (LEAST <= extent && extent <= WIDEST).then_some(Self(extent * TOLERANCE))
+        (LEAST..=WIDEST).contains(&extent).then_some(Self(extent * TOLERANCE))
     }
 }
 

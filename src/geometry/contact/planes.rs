@@ -16,8 +16,8 @@ use crate::geometry::triangle::Apex;
 /// of the two ends. `sides`: of each triangle from the other's plane, neither all on it nor
 /// strictly on one side.
 #[inline]
-pub fn corners<'a>(
-    [a, b]: [&'a Triangle; 2],
+pub fn corners(
+    [a, b]: [&Triangle; 2],
     [sides_a, sides_b]: [Sides; 2],
     filter: &StaticFilter,
     found: &mut Collector,
