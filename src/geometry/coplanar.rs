@@ -60,13 +60,13 @@ fn edge_separates(a: &[Point2; 3], b: &[Point2; 3]) -> bool {
 }
 
 /// Pairs of axes to project on.
-const PROJECTIONS: [[usize; 2]; 3] = [[0, 1], [1, 2], [2, 0]];
+pub(super) const PROJECTIONS: [[usize; 2]; 3] = [[0, 1], [1, 2], [2, 0]];
 
-fn project(triangle: &Triangle, [x, y]: [usize; 2]) -> [Point2; 3] {
+pub(super) fn project(triangle: &Triangle, [x, y]: [usize; 2]) -> [Point2; 3] {
     triangle.map(|p| [p[x], p[y]])
 }
 
-fn collinear(points: &[Point2]) -> bool {
+pub(super) fn collinear(points: &[Point2]) -> bool {
     let [low, high] = extremes(points);
     points.iter().all(|p| orient2d(low, high, p).is_eq())
 }

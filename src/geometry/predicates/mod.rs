@@ -8,7 +8,7 @@
 //! 4. integers without limit.
 
 mod filter;
-mod integer;
+pub(super) mod integer;
 mod plane;
 #[cfg(test)]
 mod tests;
