@@ -28,7 +28,7 @@ pub fn serve<W: WorkerEnd, S: TreeStore<W>>(
 ) -> Result<(), WorkerError> {
     transport.send(&[bytemuck::bytes_of(&ReplyHeader::ready())])?;
     let (descent, pairs) = (Descent::default(), Vec::new());
-    let mut calculator = Calculator { descent, pairs, slowdown, bookmark };
+    let mut calculator = Calculator { descent, pairs, slowdown, bookmark, has_answered: false };
     loop {
         let message = transport.receive()?;
         match Job::parse(&message)? {
@@ -64,6 +64,8 @@ struct Calculator<'a> {
     pairs: Vec<Pair>,
     slowdown: Slowdown,
     bookmark: &'a Bookmark,
+    /// The first answer is sent at once: somebody waits to see one.
+    has_answered: bool,
 }
 
 impl Calculator<'_> {
@@ -89,9 +91,10 @@ impl Calculator<'_> {
             self.bookmark.take_out();
             let pairs = if wanted.pairs { &self.pairs[..] } else { &[] };
             results.push(answer, cost, pairs, &mut send)?;
-            if sent.elapsed() > SIGN_OF_LIFE {
+            if !self.has_answered || sent.elapsed() > SIGN_OF_LIFE {
                 results.flush(&mut send)?;
                 sent = Instant::now();
+                self.has_answered = true;
             }
         }
         Ok(results.finish(&mut send)?)
@@ -300,17 +303,21 @@ mod tests {
         far.rotation[0] = 0.7 * f64::MAX;
         let jobs = vec![batch(&[(3, moved(2.0)), (4, far), (8, moved(5.0))], true)];
         let replies = replies(jobs).unwrap();
-        let [ready, answers] = &replies[..] else { panic!("{} messages", replies.len()) };
+        let [ready, first, others] = &replies[..] else { panic!("{} messages", replies.len()) };
         assert_eq!(Reply::parse(ready), Ok(Reply::Ready));
-        let Ok(Reply::Answers { task: 9, last: true, answers, pairs, .. }) = Reply::parse(answers)
+        let Ok(Reply::Answers { task: 9, last: false, answers, pairs, .. }) = Reply::parse(first)
         else {
-            panic!("not answers");
+            panic!("not the first answer");
         };
         assert_eq!(pairs, [[2, 0], [3, 1]]);
-        assert_eq!(answers.iter().map(|a| a.scenario).collect::<Vec<_>>(), [3, 4, 8]);
+        assert_eq!((answers.len(), answers[0].scenario), (1, 3));
         assert_eq!(answers[0].pairs_fnv1a64, pairs_fnv1a64(&[[2, 0], [3, 1]]));
-        assert_eq!(answers[1].status(), AnswerStatus::Overflow { triangle: 1 });
-        assert_eq!((answers[2].status(), answers[2].pair_count), (AnswerStatus::Answered, 0));
+        let Ok(Reply::Answers { task: 9, last: true, answers, .. }) = Reply::parse(others) else {
+            panic!("not answers");
+        };
+        assert_eq!(answers.iter().map(|a| a.scenario).collect::<Vec<_>>(), [4, 8]);
+        assert_eq!(answers[0].status(), AnswerStatus::Overflow { triangle: 1 });
+        assert_eq!((answers[1].status(), answers[1].pair_count), (AnswerStatus::Answered, 0));
     }
 
     #[test]

@@ -91,13 +91,13 @@ fn edge_separates<S: Signs>(
 }
 
 /// Pairs of axes to project on.
-const PROJECTIONS: [[usize; 2]; 3] = [[0, 1], [1, 2], [2, 0]];
+pub(super) const PROJECTIONS: [[usize; 2]; 3] = [[0, 1], [1, 2], [2, 0]];
 
-fn project<C: Scalar>(triangle: &[[C; 3]; 3], [x, y]: [usize; 2]) -> [[C; 2]; 3] {
+pub(super) fn project<C: Scalar>(triangle: &[[C; 3]; 3], [x, y]: [usize; 2]) -> [[C; 2]; 3] {
     triangle.map(|p| [p[x], p[y]])
 }
 
-fn collinear<S: Signs>(points: &[[S::Scalar; 2]], signs: S) -> bool {
+pub(super) fn collinear<S: Signs>(points: &[[S::Scalar; 2]], signs: S) -> bool {
     let [low, high] = extremes(points);
     points.iter().all(|p| signs.orient2d(low, high, p).is_eq())
 }

@@ -1,6 +1,7 @@
 //! Values in, values out: poses, boxes, exact predicates, and the triangle-triangle test.
 
 pub mod boxes;
+pub mod contact;
 mod coplanar;
 pub mod pose;
 pub mod predicates;

@@ -55,15 +55,15 @@ fn intervals_overlap<S: Signs>(
 /// The vertex that the other triangle's plane separates from the other two. These may lie on the
 /// plane, unless the apex does.
 #[derive(Clone, Copy)]
-struct Apex {
+pub(super) struct Apex {
     vertex: usize,
-    below: bool,
+    pub(super) below: bool,
 }
 
 impl Apex {
     /// `sides`: not all on the plane, all above or all below.
     #[inline]
-    fn of(sides: Sides) -> Self {
+    pub(super) fn of(sides: Sides) -> Self {
         const TABLE: [Apex; 64] = Apex::table();
         TABLE[usize::from(sides.above | sides.below << 3) % 64]
     }
@@ -91,8 +91,14 @@ impl Apex {
     /// The vertices, the apex first, in their order or against it.
     #[inline]
     fn leading<P>(self, triangle: &[P; 3], reversed: bool) -> [&P; 3] {
+        self.first(reversed).map(|i| &triangle[i])
+    }
+
+    /// The numbers of the vertices, the apex's first, in their order or against it.
+    #[inline]
+    pub(super) fn first(self, reversed: bool) -> [usize; 3] {
         const ORDERS: [[[usize; 3]; 2]; 3] =
             [[[0, 1, 2], [0, 2, 1]], [[1, 2, 0], [1, 0, 2]], [[2, 0, 1], [2, 1, 0]]];
-        ORDERS[self.vertex][usize::from(reversed)].map(|i| &triangle[i])
+        ORDERS[self.vertex][usize::from(reversed)]
     }
 }

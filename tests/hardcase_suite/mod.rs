@@ -6,9 +6,12 @@ use std::io::Read;
 use bumper::geometry::{Point, Pose, Triangle};
 use flate2::read::GzDecoder;
 
+#[derive(Debug)]
 pub struct PairCase {
     pub family: String,
     pub intersect: bool,
+    /// Of the common set: 0 none, 1 a point, 2 a segment, 3 an area.
+    pub kind: u8,
     pub a: Triangle,
     pub b: Triangle,
 }
@@ -48,6 +51,7 @@ fn pair_cases_of(packed: &[u8]) -> Vec<PairCase> {
     let case = |((family, kind), row): ((u8, u8), [f64; 18])| PairCase {
         family: families[usize::from(family)].clone(),
         intersect: kind > 0,
+        kind,
         a: [part(&row, 0), part(&row, 3), part(&row, 6)],
         b: [part(&row, 9), part(&row, 12), part(&row, 15)],
     };

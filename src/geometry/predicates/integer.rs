@@ -32,7 +32,7 @@ fn differences<const N: usize>(coordinates: [f64; N], origin: f64) -> [BigInt; N
 }
 
 /// An odd integer m, or zero, and e such that `x` = m 2^(e - 1074).
-fn decompose(x: f64) -> (i64, u32) {
+pub fn decompose(x: f64) -> (i64, u32) {
     const HIDDEN_BIT: u64 = 1 << 52;
     let bits = x.to_bits();
     let (fraction, biased) = (bits & (HIDDEN_BIT - 1), (bits >> 52 & 0x7ff) as u32);

@@ -12,7 +12,7 @@
 
 mod filter;
 mod grid;
-mod integer;
+pub(super) mod integer;
 mod plane;
 mod signs;
 mod tally;

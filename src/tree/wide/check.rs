@@ -62,13 +62,18 @@ fn check_leaves(
 
 /// In each lane a triangle of the leaf, and no number in those that are left over.
 fn holds(rows: &LeafRows, triangles: &[LeafTriangle]) -> bool {
-    let (used, rest) = rows.ids.split_at(triangles.len());
-    let no_number = |row: &[f32]| row[triangles.len()..].iter().all(|x| x.is_nan());
-    let pairs = rows.first_two.iter().map(|both| both.split_at(WIDTH));
-    used.iter().zip(triangles).all(|(id, triangle)| *id == triangle.id)
+    let used = triangles.len();
+    let (ids, rest) = rows.ids.split_at(used);
+    // Without branches: every worker asks this of every leaf before its first scenario.
+    let no_number = |row: &[f32; WIDTH]| {
+        let fits = |(lane, x): (usize, &f32)| (lane < used) | x.is_nan();
+        row.iter().enumerate().map(fits).fold(true, |all, one| all & one)
+    };
+    let no_numbers = |row: &[f32]| row.as_chunks().0.iter().map(no_number).fold(true, |a, b| a & b);
+    ids.iter().zip(triangles).all(|(id, triangle)| *id == triangle.id)
         && rest.iter().all(|id| *id == u32::MAX)
-        && pairs.into_iter().all(|(first, second)| no_number(first) && no_number(second))
-        && rows.third.iter().all(|row| no_number(row))
+        && no_numbers(rows.first_two.as_flattened())
+        && no_numbers(rows.third.as_flattened())
 }
 
 /// Lanes of a node, and the ranges of nodes and leaves below them.
