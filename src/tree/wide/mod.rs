@@ -137,9 +137,9 @@ pub fn descend<K: WideSink>(
             Boxes { fixed: fixed_nodes, moving: moving_nodes, placement: query.placement.clone() };
         let [fixed_leaves, moving_leaves] = leaves;
         let triangles = query.trees.map(TreeView::triangle_count);
-        let to =
+        let mut to =
             ToTriangles { fixed: fixed_leaves, moving: moving_leaves, triangles, by_rank, sink };
-        return boxes.descend(seeds, &mut { to });
+        return boxes.descend(seeds, &mut to);
     };
     let descent = Descent32 { level, nodes, leaves, place: &place, seeds, by_rank };
     match Chosen::of(query.test) {
