@@ -21,8 +21,8 @@
 //! ```
 //!
 //! # Map
-//! Imports go down only: [`geometry`] <- [`mesh`], [`tree`] <- [`effects`], [`scene`] <- [`wire`]
-//! <- [`workers`], [`scheduler`] <- [`report`] <- [`cli`]. [`transport`] moves bytes and imports
+//! Imports go down only: [`geometry`] <- [`mesh`], [`tree`] <- [`effects`], [`scene`],
+//! [`hardcases`] <- [`wire`] <- [`workers`], [`scheduler`] <- [`report`] <- [`cli`]. [`transport`] moves bytes and imports
 //! nothing of ours.
 //!
 //! # Glossary
@@ -37,6 +37,7 @@ pub mod cli;
 pub mod effects;
 pub mod experiment;
 pub mod geometry;
+pub mod hardcases;
 pub mod mesh;
 pub mod report;
 pub mod scene;

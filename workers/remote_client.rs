@@ -106,10 +106,10 @@ impl Calculator {
                 let count = u32::try_from(self.pairs.len()).expect("fewer than 2^32 pairs");
                 Ok((AnswerRecord::answered(scenario, count, hash, compute_ns), cost))
             }
-            Err(WorkerError::Descent(DescentError::Overflow { triangle })) => {
+            Err(WorkerError::Descent(DescentError::Overflow { triangle, corner })) => {
                 self.pairs.clear();
                 let cost = wanted.costs.then(CostRecord::default);
-                Ok((AnswerRecord::overflow(scenario, triangle, compute_ns), cost))
+                Ok((AnswerRecord::overflow(scenario, (triangle, corner), compute_ns), cost))
             }
             Err(other) => Err(other),
         }

@@ -2,6 +2,7 @@
 
 mod args;
 mod bench;
+mod check;
 mod clean;
 mod compare;
 mod failure;
@@ -31,6 +32,7 @@ pub fn main() -> ExitCode {
         Verb::Bench(BenchVerb::Engine(args)) => {
             terminal::log_to_stderr().and_then(|()| bench::engine(*args))
         }
+        Verb::Check(args) => check::run(&args),
         Verb::Clean(args) => clean::run(&args),
     };
     match outcome {

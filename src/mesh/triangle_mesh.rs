@@ -44,6 +44,11 @@ impl TriangleMesh {
         self.faces[face as usize].map(|i| self.vertices[i as usize])
     }
 
+    /// In file order.
+    pub fn triangles(&self) -> impl ExactSizeIterator<Item = Triangle> + '_ {
+        (0..self.faces.len() as u32).map(|face| self.triangle(face))
+    }
+
     /// XXH3 over counts, vertices and faces as little-endian bytes: the mesh's identity in the
     /// tree cache.
     pub fn content_hash(&self) -> u64 {

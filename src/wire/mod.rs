@@ -13,7 +13,7 @@ pub use in_place::InPlaceTree;
 pub use job::{Batch, Job, JobHeader, ScenarioRecord};
 pub use reply::{AnswerRecord, AnswerStatus, CostRecord, Reply, ReplyHeader, TreeRecord};
 
-const VERSION: u16 = 2;
+const VERSION: u16 = 3;
 
 /// What answers carry beside the number of pairs and their hash.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

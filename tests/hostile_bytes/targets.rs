@@ -260,7 +260,7 @@ fn result_seeds() -> Vec<Vec<u8>> {
     whole.pairs_here = 2;
     let mut part = AnswerRecord::answered(11, 9, 88, 6);
     (part.first_pair, part.pairs_here) = (4, 1);
-    let answers = [whole, part, AnswerRecord::overflow(12, 345, 7)];
+    let answers = [whole, part, AnswerRecord::overflow(12, (345, 2), 7)];
     let pairs: [Pair; 3] = [[1, 2], [3, 4], [5, 6]];
     let header = ReplyHeader::answers(42, 3, 3, true);
     let header = bytemuck::bytes_of(&header);

@@ -355,8 +355,8 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
     fn deliver(&mut self, sink: &mut dyn ResultSink) -> Result<(), EngineError> {
         while let Some((scenario, outcome)) = self.collection.pop() {
             match outcome {
-                Outcome::Overflow { triangle } => {
-                    return Err(EngineError::Overflow { scenario, triangle });
+                Outcome::Overflow { triangle, corner } => {
+                    return Err(EngineError::Overflow { scenario, triangle, corner });
                 }
                 Outcome::SetAside => {
                     sink.set_aside(scenario).map_err(EngineError::Sink)?;
