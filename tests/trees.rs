@@ -405,7 +405,9 @@ fn a_pose_that_overflows_names_the_corner() {
     let far = near.map(|p| p.map(|c| c * 1e308));
     let pose = Pose { translation: [1.7e308, 0.0, 0.0], ..Pose::IDENTITY };
     for kind in KINDS {
-        let (fixed, moving) = (tree_of(&[near], kind), tree_of(&[near, far], kind));
+        let fixed = tree_of(&[near], kind);
+        // Leaves are not in the order of the file.
+        let moving = tree_of(&[near, far, far, near, far], kind);
         let found = Descent::default().any_pair(&fixed.view(), &moving.view(), &pose);
         assert_eq!(found, Err(DescentError::Overflow { triangle: 1, corner: 1 }));
     }

@@ -50,16 +50,16 @@ fn to_json(report: &Report) -> String {
 
 /// Wrong answers by family, in the way that is wrong most often, and by way.
 fn tables(report: &Report) -> String {
-    let mut text = format!("{:26}{:>8}{}\n", "wrong, by family", "cases", heads());
+    let mut text = format!("{:28}{:>8}{}\n", "wrong, by family", "cases", heads());
     let rows = || report.rows.iter();
     for family in distinct(rows().map(|row| &row.family)) {
         let cases = rows().filter(|row| row.family == *family).map(|row| row.cases).max();
         let cells = cells(|level| {
             rows().filter(|r| r.family == *family && r.level == level).map(|r| r.wrong).max()
         });
-        line(&mut text, format_args!("{family:26}{:>8}{cells}", count(cases)));
+        line(&mut text, format_args!("{family:28}{:>8}{cells}", count(cases)));
     }
-    line(&mut text, format_args!("\n{:26}{:>8}{}", "wrong, by way", "cases", heads()));
+    line(&mut text, format_args!("\n{:28}{:>8}{}", "wrong, by way", "cases", heads()));
     for way in distinct(rows().map(|row| row.way)) {
         let of_way = |level| rows().filter(move |row| row.way == way && row.level == level);
         let cases = Level::ALL.map(|level| of_way(level).map(|row| row.cases).sum::<u32>());
@@ -68,7 +68,7 @@ fn tables(report: &Report) -> String {
             of_way(level).next().map(|_| wrong)
         });
         let name = way.to_string();
-        line(&mut text, format_args!("{name:26}{:>8}{cells}", count(cases.into_iter().max())));
+        line(&mut text, format_args!("{name:28}{:>8}{cells}", count(cases.into_iter().max())));
     }
     text
 }

@@ -9,7 +9,9 @@ mod oracle;
 mod pairs;
 mod stability;
 mod suite;
+mod suite_files;
 
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 
 use bumper::geometry::simd::SimdLevel;
@@ -33,29 +35,40 @@ fn mesh_of(triangles: &[Triangle]) -> TriangleMesh {
     TriangleMesh::new(triangles.as_flattened().to_vec(), faces).unwrap()
 }
 
-/// The sorted pairs by every kind of tree and, for wide trees, every instruction set.
+thread_local! {
+    /// Every kind of tree and, for wide trees, every instruction set. Kept, as each has much room.
+    static WAYS: RefCell<Vec<(TreeKind, SimdLevel, Descent)>> = RefCell::new(ways());
+}
+
+fn ways() -> Vec<(TreeKind, SimdLevel, Descent)> {
+    let of_kind = |kind| {
+        let wide = kind == TreeKind::Wide;
+        let levels = if wide { SimdLevel::available() } else { vec![SimdLevel::Portable] };
+        levels.into_iter().map(move |level| (kind, level, Descent::with_simd(level)))
+    };
+    TreeKind::ALL.into_iter().flat_map(of_kind).collect()
+}
+
+/// The sorted pairs by each.
 fn in_every_way(
     fixed: &[Triangle],
     moving: &[Triangle],
     pose: &Pose,
 ) -> BTreeMap<String, Vec<Pair>> {
-    let mut found = BTreeMap::new();
     let meshes = [fixed, moving].map(mesh_of);
-    for kind in TreeKind::ALL {
-        let images = meshes.each_ref().map(|mesh| build(mesh, BuildOptions { kind }));
+    let images = TreeKind::ALL
+        .map(|kind| (kind, meshes.each_ref().map(|mesh| build(mesh, BuildOptions { kind }))));
+    let find = |&mut (kind, level, ref mut descent): &mut (TreeKind, SimdLevel, Descent)| {
+        let (_, images) = images.iter().find(|(of, _)| *of == kind).unwrap();
         let [fixed, moving] = images.each_ref().map(|image| image.view());
-        let wide = kind == TreeKind::Wide;
-        let levels = if wide { SimdLevel::available() } else { vec![SimdLevel::Portable] };
-        for level in levels {
-            let (mut descent, mut pairs) = (Descent::with_simd(level), Vec::new());
-            descent.all_pairs(&fixed, &moving, pose, &mut pairs).unwrap();
-            let any = descent.any_pair(&fixed, &moving, pose).unwrap();
-            assert_eq!(any, !pairs.is_empty(), "{kind} {level}");
-            pairs.sort_unstable();
-            found.insert(format!("{kind} {level}"), pairs);
-        }
-    }
-    found
+        let mut pairs = Vec::new();
+        descent.all_pairs(&fixed, &moving, pose, &mut pairs).unwrap();
+        let any = descent.any_pair(&fixed, &moving, pose).unwrap();
+        assert_eq!(any, !pairs.is_empty(), "{kind} {level}");
+        pairs.sort_unstable();
+        (format!("{kind} {level}"), pairs)
+    };
+    WAYS.with_borrow_mut(|ways| ways.iter_mut().map(find).collect())
 }
 
 #[track_caller]

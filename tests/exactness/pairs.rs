@@ -1,6 +1,6 @@
 //! Random and nearly degenerate triangles.
 
-use bumper::geometry::triangle::{StaticFilter, triangles_intersect};
+use bumper::geometry::triangle::triangles_intersect;
 use bumper::geometry::{Point, Triangle};
 use proptest::prelude::*;
 
