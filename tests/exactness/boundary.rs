@@ -42,7 +42,7 @@ fn assert_boundary(
 }
 
 proptest! {
-    #![proptest_config(config(250))]
+    #![proptest_config(config(150))]
 
     #[test]
     fn neighbours_on_either_side_of_any_contact(

@@ -120,7 +120,7 @@ pub fn contact() -> impl Strategy<Value = (Triangle, Triangle, Option<bool>)> + 
 }
 
 proptest! {
-    #![proptest_config(config(2_000))]
+    #![proptest_config(config(1_000))]
 
     #[test]
     fn contacts_by_construction_are_contacts((a, b, truth) in contact()) {

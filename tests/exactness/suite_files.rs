@@ -135,7 +135,7 @@ fn wrong_truths_are_found_in_every_way_and_named() {
 }
 
 proptest! {
-    #![proptest_config(super::config(2_000))]
+    #![proptest_config(super::config(1_000))]
 
     #[test]
     fn damaged_files_are_read_or_refused_and_never_panic(
