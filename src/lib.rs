@@ -22,8 +22,8 @@
 //!
 //! # Map
 //! Imports go down only: [`geometry`] <- [`mesh`], [`tree`] <- [`effects`], [`scene`],
-//! [`hardcases`] <- [`wire`] <- [`workers`], [`scheduler`] <- [`report`] <- [`cli`]. [`transport`] moves bytes and imports
-//! nothing of ours.
+//! [`hardcases`] <- [`wire`] <- [`workers`], [`scheduler`] <- [`report`] <- [`cli`]. [`transport`]
+//! moves bytes and imports nothing of ours.
 //!
 //! # Glossary
 //! - *scenario*: one pose of the moving mesh against the fixed one, which stays as its file has it

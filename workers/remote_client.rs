@@ -10,9 +10,9 @@ use crate::effects::contacts::{self, pairs_fnv1a64};
 use crate::geometry::Pose;
 use crate::scene::Slowdown;
 use crate::transport::{REPLY_BYTES, WorkerEnd};
-use crate::tree::Counts;
 use crate::tree::descent::{Descent, DescentError, Pair};
-use crate::tree::roots::RootPair;
+use crate::tree::roots::{PreAnalysis, RootPair};
+use crate::tree::{Accuracy, BoxDepth, Counts};
 use crate::wire::{AnswerRecord, Batch, CostRecord, Job, ReplyHeader, TreeRecord, Wanted};
 
 /// Answers do not wait for others longer than that: by them the master sees that a worker with a
@@ -71,13 +71,17 @@ impl Calculator {
         store: &S,
     ) -> Result<(), WorkerError> {
         let Batch { task, trees, wanted, .. } = *batch;
+        let mut boxes = None;
+        if let Accuracy::Pairs(test) = wanted.accuracy {
+            self.descent.set_test(test);
+        }
         let mut results = ResultBuffer::new(task, REPLY_BYTES);
         let mut send = |parts: &[&[u8]]| transport.send(parts);
         let mut sent = Instant::now();
         for (record, roots) in batch.iter() {
             let (scenario, pose) = (record.scenario, record.pose);
             let query = Query { scenario, trees, pose, roots, wanted };
-            let (answer, cost) = self.answer_one(&query, store)?;
+            let (answer, cost) = self.answer_one(&query, store, &mut boxes)?;
             let pairs = if wanted.pairs { &self.pairs[..] } else { &[] };
             results.push(answer, cost, pairs, &mut send)?;
             if sent.elapsed() > SIGN_OF_LIFE {
@@ -89,14 +93,18 @@ impl Calculator {
     }
 
     /// With the pairs in `self.pairs`.
-    fn answer_one<W, S: TreeStore<W>>(
+    fn answer_one<'s, W, S: TreeStore<W>>(
         &mut self,
         query: &Query<'_>,
-        store: &S,
+        store: &'s S,
+        boxes: &mut Option<PreAnalysis<'s>>,
     ) -> Result<(AnswerRecord, Option<CostRecord>), WorkerError> {
         let begin = Instant::now();
         self.pairs.clear();
-        let outcome = self.descend(query, store);
+        let outcome = match query.wanted.accuracy {
+            Accuracy::Pairs(_) => self.descend(query, store),
+            Accuracy::BoxesAt(depth) => self.find_boxes(query, depth, store, boxes),
+        };
         contacts::sort(&mut self.pairs);
         let hash = pairs_fnv1a64(&self.pairs);
         let compute_ns = self.elapsed_ns(begin);
@@ -145,6 +153,37 @@ impl Calculator {
             }
         };
         Ok(counts.map(|counts| CostRecord { counts, descent_ns: thread_ns() - begin }))
+    }
+
+    /// The pairs of boxes at a depth: those that came with the scenario, or those of a pre-analysis
+    /// of the worker's own, which is made for a whole batch.
+    fn find_boxes<'s, W, S: TreeStore<W>>(
+        &mut self,
+        query: &Query<'_>,
+        depth: BoxDepth,
+        store: &'s S,
+        boxes: &mut Option<PreAnalysis<'s>>,
+    ) -> Result<Option<CostRecord>, WorkerError> {
+        let Query { trees: [fixed, moving], pose, roots, wanted, .. } = query;
+        let begin = thread_ns();
+        let tests = if let Some(roots) = roots {
+            let (fixed, moving) = (store.cut(*fixed)?, store.cut(*moving)?);
+            self.descent.boxes_below(&fixed, &moving, pose, roots, &mut self.pairs)?;
+            0
+        } else {
+            if boxes.is_none() {
+                let (fixed, moving) = (store.whole(*fixed)?, store.whole(*moving)?);
+                if fixed.kind() != moving.kind() {
+                    let (fixed, moving) = (fixed.kind(), moving.kind());
+                    return Err(DescentError::Kinds { fixed, moving }.into());
+                }
+                *boxes = Some(PreAnalysis::new(fixed, depth.cut(), moving, depth.cut()));
+            }
+            let analysis = boxes.as_mut().expect("it was made above");
+            analysis.boxes_that_meet(pose, &mut self.pairs)?
+        };
+        let counts = Counts { boxes: tests, ..Counts::default() };
+        Ok(wanted.costs.then(|| CostRecord { counts, descent_ns: thread_ns() - begin }))
     }
 
     /// Since then, and as on a machine that is slower by the slowdown.

@@ -1,7 +1,5 @@
 //! `bumper check`: hard cases, whose truth is known, through everything that answers.
 
-use std::fmt::Write;
-
 use anyhow::{Context, anyhow};
 use serde::Serialize;
 
@@ -9,8 +7,9 @@ use super::args::CheckArgs;
 use super::failure::Failure;
 use super::summary_text::grouped;
 use super::terminal;
-use crate::hardcases::{Level, Report, Suite, check};
+use crate::hardcases::{Report, Suite, check};
 use crate::report::{Machine, Versions};
+use crate::tree::Accuracy;
 
 const SCHEMA_VERSION: u32 = 1;
 
@@ -50,40 +49,32 @@ fn to_json(report: &Report) -> String {
 
 /// Wrong answers by family, in the way that is wrong most often, and by way.
 fn tables(report: &Report) -> String {
-    let mut text = format!("{:28}{:>8}{}\n", "wrong, by family", "cases", heads());
     let rows = || report.rows.iter();
+    let heads: String =
+        report.levels.iter().map(|level| format!("{:>9}", level.to_string())).collect();
+    let mut text = format!("{:28}{:>8}{heads}\n", "wrong, by family", "cases");
     for family in distinct(rows().map(|row| &row.family)) {
-        let cases = rows().filter(|row| row.family == *family).map(|row| row.cases).max();
-        let cells = cells(|level| {
-            rows().filter(|r| r.family == *family && r.level == level).map(|r| r.wrong).max()
+        let of_family = || rows().filter(|row| row.family == *family);
+        let cases = of_family().map(|row| row.cases).max();
+        let cells = cells(report, |level| {
+            of_family().filter(|row| row.level == level).map(|row| row.wrong).max()
         });
-        line(&mut text, format_args!("{family:28}{:>8}{cells}", count(cases)));
+        text += &format!("{family:28}{:>8}{cells}\n", count(cases));
     }
-    line(&mut text, format_args!("\n{:28}{:>8}{}", "wrong, by way", "cases", heads()));
+    text += &format!("\n{:28}{:>8}{heads}\n", "wrong, by way", "cases");
     for way in distinct(rows().map(|row| row.way)) {
-        let of_way = |level| rows().filter(move |row| row.way == way && row.level == level);
-        let cases = Level::ALL.map(|level| of_way(level).map(|row| row.cases).sum::<u32>());
-        let cells = cells(|level| {
-            let wrong: u32 = of_way(level).map(|row| row.wrong).sum();
-            of_way(level).next().map(|_| wrong)
-        });
-        let name = way.to_string();
-        line(&mut text, format_args!("{name:28}{:>8}{cells}", count(cases.into_iter().max())));
+        let at = |level| rows().filter(move |row| row.way == way && row.level == level);
+        let cases: u32 = at(Accuracy::EXACT).map(|row| row.cases).sum();
+        let cells =
+            cells(report, |level| at(level).map(|row| row.wrong).reduce(|sum, wrong| sum + wrong));
+        text += &format!("{:28}{:>8}{cells}\n", way.to_string(), count(Some(cases)));
     }
     text
 }
 
-fn line(text: &mut String, line: std::fmt::Arguments<'_>) {
-    writeln!(text, "{line}").expect("writing to a string does not fail");
-}
-
-fn heads() -> String {
-    Level::ALL.iter().map(|level| format!("{:>9}", level.to_string())).collect()
-}
-
 /// A number for each level, where there is one.
-fn cells(number: impl Fn(Level) -> Option<u32>) -> String {
-    Level::ALL.iter().map(|&level| format!("{:>9}", count(number(level)))).collect()
+fn cells(report: &Report, number: impl Fn(Accuracy) -> Option<u32>) -> String {
+    report.levels.iter().map(|&level| format!("{:>9}", count(number(level)))).collect()
 }
 
 fn count(number: Option<u32>) -> String {

@@ -54,8 +54,8 @@ pub(super) fn run(args: RunArgs) -> Result<(), Failure> {
     let mut results = Results::new(request.out, request.contacts, request.stats, poses.len());
     let job = Job {
         poses: &poses,
-        cuts: [scene.fixed.distribution.cut(), scene.moving.distribution.cut()],
-        wanted: Wanted { pairs: request.contacts, costs: request.stats },
+        cuts: scene.cuts(),
+        wanted: Wanted { accuracy: scene.accuracy, pairs: request.contacts, costs: request.stats },
         interrupt: &interrupt,
     };
     let report = answer(&mut *engine, &trees, &job, &mut results)

@@ -7,30 +7,22 @@ use serde::Serialize;
 
 use super::{Cases, MeshCase, PairCase, Suite, TransformCase};
 use crate::geometry::boxes::bounds;
+use crate::geometry::predicates::StaticFilter;
 use crate::geometry::simd::SimdLevel;
-use crate::geometry::triangle::{StaticFilter, triangles_intersect};
-use crate::geometry::{Pose, Triangle};
+use crate::geometry::triangle_test::PreparedTest;
+use crate::geometry::{Pose, Triangle, TriangleTest};
 use crate::mesh::TriangleMesh;
 use crate::tree::descent::{Descent, Pair};
-use crate::tree::{BuildOptions, TreeKind, build};
+use crate::tree::roots::PreAnalysis;
+use crate::tree::{Accuracy, BoxDepth, BuildOptions, TreeKind, TreeView, build};
 
-/// How exactly it is answered.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Level {
-    Exact,
-}
+/// From the coarsest to exact.
+const TESTS: [TriangleTest; 4] =
+    [TriangleTest::Boxes, TriangleTest::F32, TriangleTest::F64, TriangleTest::Exact];
 
-impl Level {
-    pub const ALL: [Self; 1] = [Self::Exact];
-}
-
-impl fmt::Display for Level {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Exact => "exact",
-        })
-    }
+/// Of the level that only looks at the boxes there.
+fn depth() -> BoxDepth {
+    BoxDepth::new(4).expect("it is not too deep")
 }
 
 /// The code that answers.
@@ -76,7 +68,7 @@ fn tree_ways() -> impl Iterator<Item = (TreeKind, SimdLevel)> {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Row {
     pub family: String,
-    pub level: Level,
+    pub level: Accuracy,
     pub way: Way,
     pub cases: u32,
     pub wrong: u32,
@@ -88,12 +80,14 @@ pub struct Wrong {
     pub suite: String,
     pub line: usize,
     pub family: String,
-    pub level: Level,
+    pub level: Accuracy,
     pub way: Way,
 }
 
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Report {
+    /// From the coarsest to exact.
+    pub levels: Vec<Accuracy>,
     pub cases: usize,
     /// Families in the order of the suites, the ways of each together.
     pub rows: Vec<Row>,
@@ -105,13 +99,15 @@ pub struct Report {
 struct Outcome<'a> {
     family: &'a str,
     line: usize,
-    answers: Vec<(Level, Way, bool)>,
+    answers: Vec<(Accuracy, Way, bool)>,
 }
 
 /// Answers every case of the suites at every level in every way that applies. `on_done` is told of
 /// some more cases that are done, from any thread.
 pub fn check(suites: &[Suite], on_done: &(dyn Fn(u64) + Sync)) -> Report {
-    let mut report = Report::default();
+    let levels = [Accuracy::BoxesAt(depth())].into_iter().chain(TESTS.map(Accuracy::Pairs));
+    let mut report =
+        Report { levels: levels.collect(), cases: 0, rows: Vec::new(), wrong: Vec::new() };
     for suite in suites {
         let outcomes = match &suite.cases {
             Cases::Pairs(cases) => outcomes(cases, pair_case, on_done),
@@ -149,14 +145,14 @@ impl Report {
             let row = self.row(family, level, way);
             row.cases += 1;
             row.wrong += u32::from(!right);
-            if !right && level == Level::Exact {
+            if !right && level == Accuracy::EXACT {
                 let (suite, family) = (suite.to_owned(), (*family).to_owned());
                 self.wrong.push(Wrong { suite, line: *line, family, level, way });
             }
         }
     }
 
-    fn row(&mut self, family: &str, level: Level, way: Way) -> &mut Row {
+    fn row(&mut self, family: &str, level: Accuracy, way: Way) -> &mut Row {
         let is_it = |row: &Row| row.family == family && row.level == level && row.way == way;
         // The last families come most often.
         let found = self.rows.iter().rposition(is_it);
@@ -181,42 +177,73 @@ impl Descents {
         Self { all: tree_ways().map(descent).collect(), pairs: Vec::new() }
     }
 
-    /// Whether the meshes' pairs are these, in ascending order, and whether that there are any is
-    /// found too.
+    /// Whether the meshes' pairs are these, in ascending order.
     fn answers(
         &mut self,
-        [fixed, moving]: [&TriangleMesh; 2],
+        meshes: [&TriangleMesh; 2],
         pose: &Pose,
         truth: &[Pair],
-    ) -> Vec<(Level, Way, bool)> {
-        let Self { all, pairs } = self;
+    ) -> Vec<(Accuracy, Way, bool)> {
         let mut answers = Vec::new();
         for kind in TreeKind::ALL {
-            let images = [fixed, moving].map(|mesh| build(mesh, BuildOptions { kind }));
-            let [fixed, moving] = images.each_ref().map(|image| image.view());
-            for (_, simd, descent) in all.iter_mut().filter(|(of, ..)| *of == kind) {
-                pairs.clear();
-                let found = descent.all_pairs(&fixed, &moving, pose, pairs);
-                pairs.sort_unstable();
-                let right = found.is_ok()
-                    && *pairs == truth
-                    && descent.any_pair(&fixed, &moving, pose) == Ok(!truth.is_empty());
-                answers.push((Level::Exact, Way::Trees(kind, *simd), right));
+            let images = meshes.map(|mesh| build(mesh, BuildOptions { kind }));
+            let trees = images.each_ref().map(|image| image.view());
+            for (_, simd, descent) in self.all.iter_mut().filter(|(of, ..)| *of == kind) {
+                for test in TESTS {
+                    descent.set_test(test);
+                    let right = finds(descent, trees, pose, truth, &mut self.pairs);
+                    answers.push((Accuracy::Pairs(test), Way::Trees(kind, *simd), right));
+                }
             }
+            answers.push(boxes_answer(trees, pose, truth));
         }
         answers
     }
+}
+
+/// Whether the descent finds the pairs, and also that there are any.
+fn finds(
+    descent: &mut Descent,
+    [fixed, moving]: [TreeView<'_>; 2],
+    pose: &Pose,
+    truth: &[Pair],
+    pairs: &mut Vec<Pair>,
+) -> bool {
+    pairs.clear();
+    let found = descent.all_pairs(&fixed, &moving, pose, pairs);
+    pairs.sort_unstable();
+    found.is_ok()
+        && *pairs == truth
+        && descent.any_pair(&fixed, &moving, pose) == Ok(!truth.is_empty())
+}
+
+/// Whether boxes of the trees meet, all of which are looked at with the best instructions.
+fn boxes_answer(
+    [fixed, moving]: [TreeView<'_>; 2],
+    pose: &Pose,
+    truth: &[Pair],
+) -> (Accuracy, Way, bool) {
+    let cut = depth().cut();
+    let mut boxes = Vec::new();
+    let found = PreAnalysis::new(fixed, cut, moving, cut).boxes_that_meet(pose, &mut boxes).is_ok();
+    let simd = match fixed.kind() {
+        TreeKind::Wide => SimdLevel::chosen(),
+        TreeKind::Obb | TreeKind::Aabb => SimdLevel::Portable,
+    };
+    let right = found && boxes.is_empty() == truth.is_empty();
+    (Accuracy::BoxesAt(depth()), Way::Trees(fixed.kind(), simd), right)
 }
 
 /// As two triangles, and as two meshes of one triangle each.
 fn pair_case<'a>(descents: &mut Descents, case: &'a PairCase) -> Outcome<'a> {
     let (low, high) = bounds(case.a.iter().chain(&case.b));
     let filter = StaticFilter::for_extent([0, 1, 2].map(|k| high[k] - low[k]));
-    let right = triangles_intersect(&case.a, &case.b, &filter) == case.intersect;
+    let answer = |test| PreparedTest::new(test, filter, None).intersect(&case.a, &case.b);
+    let right = |test| (Accuracy::Pairs(test), Way::Triangles, answer(test) == case.intersect);
+    let mut answers = TESTS.map(right).to_vec();
     let meshes = [&case.a, &case.b].map(mesh_of);
     let truth: &[Pair] = if case.intersect { &[[0, 0]] } else { &[] };
-    let mut answers = descents.answers(meshes.each_ref(), &Pose::IDENTITY, truth);
-    answers.insert(0, (Level::Exact, Way::Triangles, right));
+    answers.extend(descents.answers(meshes.each_ref(), &Pose::IDENTITY, truth));
     Outcome { family: &case.family, line: case.line, answers }
 }
 
@@ -228,7 +255,7 @@ fn mesh_case<'a>(descents: &mut Descents, case: &'a MeshCase) -> Outcome<'a> {
     let pose = Pose::from_quaternion(case.quaternion, case.pose.translation);
     let right = bits(&pose.rotation).eq(bits(&case.pose.rotation));
     let mut answers = descents.answers([&case.fixed, &case.moving], &case.pose, &case.pairs);
-    answers.push((Level::Exact, Way::Pose, right));
+    answers.push((Accuracy::EXACT, Way::Pose, right));
     Outcome { family: case.family(), line: case.line, answers }
 }
 
@@ -236,7 +263,7 @@ fn transform_case<'a>(_: &mut Descents, case: &'a TransformCase) -> Outcome<'a> 
     let pose = Pose::from_quaternion(case.quaternion, case.translation);
     let right = bits(&pose.rotation).eq(bits(&case.rotation))
         && bits(&pose.apply(case.point)).eq(bits(&case.placed));
-    let answers = vec![(Level::Exact, Way::Pose, right)];
+    let answers = vec![(Accuracy::EXACT, Way::Pose, right)];
     Outcome { family: "transforms", line: case.line, answers }
 }
 

@@ -9,7 +9,7 @@ use std::fs;
 use std::io;
 use std::path::Path;
 
-pub use check::{Level, Report, Row, Way, Wrong, check};
+pub use check::{Report, Row, Way, Wrong, check};
 pub use text::Problem;
 
 use crate::geometry::{Point, Pose, Triangle};

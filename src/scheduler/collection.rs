@@ -133,6 +133,11 @@ impl Collection {
         self.order.insert(scenario, Outcome::SetAside);
     }
 
+    /// The master itself has seen that there is none.
+    pub fn overflow(&mut self, scenario: u32, triangle: u32, corner: u32) {
+        self.order.insert(scenario, Outcome::Overflow { triangle, corner });
+    }
+
     /// Forgets what a dead client has sent in part.
     pub fn client_died(&mut self, client: usize) {
         self.partial[client] = None;
@@ -215,8 +220,8 @@ mod tests {
     use crate::tree::{BuildOptions, TreeImage, TreeKind, build};
     use crate::wire::ReplyHeader;
 
-    const PAIRS: Wanted = Wanted { pairs: true, costs: false };
-    const NOTHING: Wanted = Wanted { pairs: false, costs: false };
+    const NOTHING: Wanted = Wanted { accuracy: Accuracy::EXACT, pairs: false, costs: false };
+    const PAIRS: Wanted = Wanted { pairs: true, ..NOTHING };
     /// Numbers of the trees.
     const TREES: [u32; 2] = [7, 8];
 

@@ -26,7 +26,11 @@ fn every_exact_answer_to_the_built_in_suite_is_right() {
         let cases: u64 = of_way.map(|row| row["cases"].as_u64().unwrap()).sum();
         assert_eq!(cases, if way == "triangle pair" { 12_800 } else { 12_860 }, "{way}");
     }
-    assert!(rows.iter().all(|row| row["wrong"] == 0));
+    assert!(rows.iter().all(|row| row["wrong"] == 0 || row["level"] != "exact"));
+    for plain in ["boxes(4)", "boxes", "f32", "f64"] {
+        let wrong = rows.iter().filter(|row| row["level"] == plain && row["wrong"] != 0);
+        assert!(wrong.count() > 20, "{plain} does well without exact predicates?");
+    }
 }
 
 #[test]
@@ -37,7 +41,8 @@ fn suites_from_files_are_counted_by_family() {
     succeeded(&output);
     let table = stdout(&output);
     let row = table.lines().find(|line| line.starts_with("touching")).unwrap();
-    assert_eq!(row.split_whitespace().collect::<Vec<_>>(), ["touching", "4", "0"]);
+    assert!(table.starts_with("wrong, by family") && table.contains("boxes(4)"), "{table}");
+    assert!(row.split_whitespace().eq(["touching", "4", "0", "0", "0", "0", "0"]), "{row}");
 }
 
 #[test]
@@ -51,7 +56,7 @@ fn a_wrong_truth_is_told_by_family_and_line_with_exit_code_1() {
     assert!(error.contains("mine.txt:2: touching (obb)"), "{error}");
     let table = stdout(&output);
     let row = table.lines().find(|line| line.starts_with("touching")).unwrap();
-    assert_eq!(row.split_whitespace().collect::<Vec<_>>(), ["touching", "2", "1"]);
+    assert!(row.split_whitespace().eq(["touching", "2", "1", "1", "1", "1", "1"]), "{row}");
 }
 
 #[test]

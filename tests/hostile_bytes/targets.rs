@@ -213,7 +213,7 @@ pub fn batch(bytes: &[u8]) -> bool {
 
 fn batch_seeds() -> Vec<Vec<u8>> {
     let batch = |scenarios: &[u32], roots: u32| {
-        let wanted = Wanted { pairs: true, costs: false };
+        let wanted = Wanted { pairs: true, ..Wanted::default() };
         let record = |&s: &u32| ScenarioRecord::with_root_pairs(s, Pose::IDENTITY, roots);
         let records: Vec<_> = scenarios.iter().map(record).collect();
         let pairs: Vec<[u32; 2]> = (0..roots * records.len() as u32).map(|n| [n, n + 1]).collect();

@@ -18,7 +18,7 @@ use topology::Topology;
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MeshReport {
     pub source: String,
-    /// None for a built-in vehicle.
+    /// None for a built-in mesh.
     pub format: Option<String>,
     pub vertices: usize,
     pub triangles: usize,
