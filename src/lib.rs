@@ -30,6 +30,7 @@
 //! - *pair*: a triangle of each mesh that have a point in common, numbered as in their files
 //! - *image*: a tree as relocatable bytes, used in place wherever they are
 //! - *distributed root*: a tree node at depth d, or a leaf above it; the unit of transfer
+//! - *accuracy*: what counts as a pair; exact unless a scene asks for less
 //! - *indicator*: which distributed roots a scenario needs, or a client has been given
 //! - *matchmaker*: chooses the client for a scenario; *claimed*: a client that is at work
 

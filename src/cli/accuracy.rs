@@ -206,11 +206,11 @@ fn table(report: &Report<'_>) -> String {
         "pairs",
         "N_b",
         "N_p",
-        "64-bit",
+        "left",
     );
     text += &format!(
         "{:10} {:>9} {:>9} {:>9} {:>8} {:>7} {:>7} {:>9} {:>14} {:>9} {:>9} {:>7}\n",
-        "level", "", "", "", "", "hits", "misses", "missing", "extra", "", "", "tests",
+        "level", "", "", "", "", "hits", "misses", "missing", "extra", "", "", "open",
     );
     for row in report.levels {
         text += &format!(
@@ -226,7 +226,7 @@ fn table(report: &Report<'_>) -> String {
             row.extra,
             row.box_tests,
             row.triangle_tests,
-            row.full_tests.map_or("-".to_owned(), |tests| format!("{tests:.1}")),
+            row.left_open.map_or("-".to_owned(), |tests| format!("{tests:.1}")),
         );
     }
     if let Some(signs) = report.levels.iter().find_map(|row| row.signs) {

@@ -1,5 +1,7 @@
 //! The rare part of the triangle-triangle test: triangles in one plane, segments and points.
 
+use std::cmp::Ordering;
+
 use super::predicates::{Scalar, Sides, Signs};
 
 /// Whether two triangles meet if all vertices of one lie on the plane of the other, which all
@@ -21,9 +23,16 @@ pub fn coplanar_or_degenerate<S: Signs>(
     if sides_b != Sides::ON_PLANE {
         return crossing_segment_meets(extremes(b), a, signs);
     }
-    let ([p, q], [r, s]) = (extremes(a), extremes(b));
-    (is_proper(a, signs) || is_proper(b, signs) || signs.orient3d(p, q, r, s).is_eq())
-        && coplanar_meet(a, b, signs)
+    for axes in PROJECTIONS {
+        let images = [project(a, axes), project(b, axes)];
+        let turns = images.each_ref().map(|[a, b, c]| signs.orient2d(a, b, c));
+        // A triangle that is one in its image too shows that there is a plane, and that the
+        // projection of it is one to one.
+        if turns != [Ordering::Equal; 2] {
+            return !separated(&images, turns, signs);
+        }
+    }
+    segments_meet(a, b, signs)
 }
 
 /// Whether the line through `p` and `q`, which crosses the triangle's plane, passes all three
@@ -37,33 +46,48 @@ fn crossing_segment_meets<S: Signs>(
     sides.iter().all(|side| side.is_le()) || sides.iter().all(|side| side.is_ge())
 }
 
-fn is_proper<S: Signs>(triangle: &[[S::Scalar; 3]; 3], signs: S) -> bool {
-    PROJECTIONS.iter().any(|&axes| !collinear(&project(triangle, axes), signs))
-}
-
-/// For six vertices that lie in one plane.
-fn coplanar_meet<S: Signs>(a: &[[S::Scalar; 3]; 3], b: &[[S::Scalar; 3]; 3], signs: S) -> bool {
+/// Two triangles without area.
+fn segments_meet<S: Signs>(a: &[[S::Scalar; 3]; 3], b: &[[S::Scalar; 3]; 3], signs: S) -> bool {
+    let ([p, q], [r, s]) = (extremes(a), extremes(b));
+    if signs.orient3d(p, q, r, s).is_ne() {
+        return false;
+    }
     for axes in PROJECTIONS {
-        let (a, b) = (project(a, axes), project(b, axes));
-        // An image that is more than a line shows that the projection of the plane is one to one.
-        if !collinear([a, b].as_flattened(), signs) {
-            return !edge_separates(&a, &b, signs) && !edge_separates(&b, &a, signs);
+        let images = [project(a, axes), project(b, axes)];
+        // As above, of an image that is more than a line.
+        if !collinear(images.as_flattened(), signs) {
+            return !separated(&images, [Ordering::Equal; 2], signs);
         }
     }
-    let ([a_low, a_high], [b_low, b_high]) = (extremes(a), extremes(b));
-    a_low <= b_high && b_low <= a_high
+    p <= s && r <= q
 }
 
-/// Whether the line of an edge of `a` has all of `b` strictly on one side and none of `a` there.
+/// Whether an edge of either has all of the other strictly on one side, and none of its own
+/// triangle there.
 ///
-/// Two convex hulls in a plane are apart iff an edge of either does this (separating axes), also
-/// if one of them or both are degenerate, as long as the points are not all on one line.
-fn edge_separates<S: Signs>(a: &[[S::Scalar; 2]; 3], b: &[[S::Scalar; 2]; 3], signs: S) -> bool {
-    [[0, 1, 2], [1, 2, 0], [2, 0, 1]].iter().any(|&[from, to, apex]| {
-        let side = |p| signs.orient2d(&a[from], &a[to], p);
-        let first = side(&b[0]);
-        first.is_ne() && side(&b[1]) == first && side(&b[2]) == first && side(&a[apex]) != first
-    })
+/// Two convex hulls in a plane are apart iff one does (separating axes), also if one of them or
+/// both are degenerate, as long as the points are not all on one line. `turns`: whether each goes
+/// counterclockwise, or is degenerate.
+fn separated<S: Signs>([a, b]: &[[[S::Scalar; 2]; 3]; 2], turns: [Ordering; 2], signs: S) -> bool {
+    edge_separates(a, turns[0], b, signs) || edge_separates(b, turns[1], a, signs)
+}
+
+/// The third corner of `a` lies on the side of each edge that `a` turns to.
+fn edge_separates<S: Signs>(
+    a: &[[S::Scalar; 2]; 3],
+    turn: Ordering,
+    b: &[[S::Scalar; 2]; 3],
+    signs: S,
+) -> bool {
+    let edge_does = |from, to| {
+        let first = signs.orient2d(from, to, &b[0]);
+        first.is_ne()
+            && first != turn
+            && signs.orient2d(from, to, &b[1]) == first
+            && signs.orient2d(from, to, &b[2]) == first
+    };
+    let [p, q, r] = a;
+    edge_does(p, q) || edge_does(q, r) || edge_does(r, p)
 }
 
 /// Pairs of axes to project on.

@@ -23,6 +23,9 @@ pub fn intersect_by<S: Signs>(a: &[[S::Scalar; 3]; 3], b: &[[S::Scalar; 3]; 3], 
     if sides_b.strictly_one() {
         return false;
     }
+    if sides_b.touch() && signs.have_common_corner(a, b) {
+        return true;
+    }
     let sides_a = signs.sides(b, a);
     if sides_a.strictly_one() {
         return false;

@@ -65,7 +65,7 @@ impl<'a> PreparedTest<'a> {
 
 #[inline(never)]
 fn in_f64(a: &Triangle, b: &Triangle) -> bool {
-    intersect_by(a, b, FaceValue::<f64>::new())
+    intersect_by(a, b, FaceValue::<f64>::default())
 }
 
 /// Coordinates relative to the first vertex.
@@ -73,7 +73,7 @@ fn in_f64(a: &Triangle, b: &Triangle) -> bool {
 fn in_f32(a: &Triangle, b: &Triangle) -> bool {
     let origin = a[0];
     let near = |t: &Triangle| t.map(|p| [0, 1, 2].map(|k| (p[k] - origin[k]) as f32));
-    intersect_by(&near(a), &near(b), FaceValue::<f32>::new())
+    intersect_by(&near(a), &near(b), FaceValue::<f32>::default())
 }
 
 /// Boxes along the axes.

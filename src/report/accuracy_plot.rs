@@ -62,7 +62,9 @@ pub fn error_against_time(title: &str, marks: &[Mark]) -> Result<String, Box<dyn
             .x_label_formatter(&|us| format!("{us}"))
             .y_labels(decades)
             .y_label_formatter(&label)
-            .light_line_style(WHITE)
+            .light_line_style(BLACK.mix(0.05))
+            .x_max_light_lines(9)
+            .y_max_light_lines(1)
             .label_style(FONT)
             .draw()?;
         chart.draw_series([Rectangle::new(
@@ -115,15 +117,16 @@ fn without_overlap(names: &[&str], marks: &[Pixel]) -> Vec<Placed> {
     const HALF_LINE: i32 = 8;
     let mut placed: Vec<Placed> = Vec::new();
     for (name, &(x, y)) in names.iter().zip(marks) {
-        let width = 8 * name.len() as i32;
+        let width = 7 * name.len() as i32;
         let beside = RADIUS + 5;
         let above = RADIUS + HALF_LINE + 2;
+        // First where the Pareto front, which falls, does not pass.
         let candidates = [
-            (x + beside, y),
-            (x - beside - width, y),
+            (x + beside, y - HALF_LINE - 2),
             (x - width / 2, y - above),
+            (x + beside, y),
             (x - width / 2, y + above),
-            (x + beside, y - above),
+            (x - beside - width, y),
             (x + beside, y + above),
             (x - beside - width, y - above),
             (x - beside - width, y + above),

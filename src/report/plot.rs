@@ -47,7 +47,7 @@ pub fn log_log(labels: &Labels, series: &[Series]) -> Result<String, Box<dyn Err
             let line = LineSeries::new(one.points.iter().copied(), colour.stroke_width(2));
             chart.draw_series(line)?.label(&one.name).legend(key(colour));
         }
-        legend(&mut chart)?;
+        legend(&mut chart, SeriesLabelPosition::UpperLeft)?;
         area.present()?;
     }
     Ok(svg)
@@ -69,7 +69,7 @@ pub fn linear(labels: &Labels, series: &[Series]) -> Result<String, Box<dyn Erro
             let line = LineSeries::new(one.points.iter().copied(), colour.stroke_width(2));
             chart.draw_series(line)?.label(&one.name).legend(key(colour));
         }
-        legend(&mut chart)?;
+        legend(&mut chart, SeriesLabelPosition::UpperLeft)?;
         area.present()?;
     }
     Ok(svg)
@@ -84,13 +84,19 @@ pub fn log_y(labels: &Labels, series: &[Series]) -> Result<String, Box<dyn Error
         area.fill(&WHITE)?;
         let y = 0.7 * y.0..1.5 * y.1;
         let mut chart = frame(&area, labels).build_cartesian_2d(0.0..1.05 * x.1, y.log_scale())?;
-        chart.configure_mesh().x_desc(labels.x).y_desc(labels.y).draw()?;
+        chart
+            .configure_mesh()
+            .x_desc(labels.x)
+            .y_desc(labels.y)
+            .x_label_formatter(&|x| format!("{x}"))
+            .y_label_formatter(&|y| format!("{y}"))
+            .draw()?;
         for (index, one) in series.iter().enumerate() {
             let colour = COLOURS[index % COLOURS.len()];
             let line = LineSeries::new(one.points.iter().copied(), colour.stroke_width(2));
             chart.draw_series(line)?.label(&one.name).legend(key(colour));
         }
-        legend(&mut chart)?;
+        legend(&mut chart, SeriesLabelPosition::LowerRight)?;
         area.present()?;
     }
     Ok(svg)
@@ -114,6 +120,7 @@ fn key(colour: RGBColor) -> impl Fn((i32, i32)) -> PathElement<(i32, i32)> {
 
 fn legend<'a, C: CoordTranslate>(
     chart: &mut ChartContext<'a, SVGBackend<'a>, C>,
+    position: SeriesLabelPosition,
 ) -> Result<(), Box<dyn Error>>
 where
     SVGBackend<'a>: 'a,
@@ -122,7 +129,7 @@ where
         .configure_series_labels()
         .background_style(WHITE.mix(0.85))
         .border_style(BLACK.mix(0.3))
-        .position(SeriesLabelPosition::UpperLeft)
+        .position(position)
         .draw()?;
     Ok(())
 }

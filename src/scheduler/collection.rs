@@ -217,7 +217,7 @@ mod tests {
     use super::*;
     use crate::mesh::TriangleMesh;
     use crate::scene::MatchRule;
-    use crate::tree::{BuildOptions, TreeImage, TreeKind, build};
+    use crate::tree::{Accuracy, BuildOptions, TreeImage, TreeKind, build};
     use crate::wire::ReplyHeader;
 
     const NOTHING: Wanted = Wanted { accuracy: Accuracy::EXACT, pairs: false, costs: false };

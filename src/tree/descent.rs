@@ -4,8 +4,8 @@
 use super::node::{AabbNode, Child, ObbNode};
 use super::placement::{BoxNode, Placement};
 use super::roots::{CutTree, DistributedRoot, RootError, RootPair};
-use super::sink::{All, Any, Counted, Counts, Sink};
-use super::wide::{self, Part, Query, Rooms};
+use super::sink::{All, Any, Counts, Gathered, Sink};
+use super::wide::{self, Part, Query, Rooms, WideSink};
 use super::{TreeKind, TreeView};
 use crate::geometry::predicates::{StageCounter, StageCounts};
 use crate::geometry::simd::SimdLevel;
@@ -98,7 +98,7 @@ impl Descent {
         roots: &[RootPair],
         pairs: &mut Vec<Pair>,
     ) -> Result<Counts, DescentError> {
-        let mut sink = Counted { pairs, counts: Counts::default() };
+        let mut sink = Gathered::all(pairs);
         self.visit_below(fixed, moving, pose, roots, &mut sink)?;
         Ok(sink.counts)
     }
@@ -119,7 +119,7 @@ impl Descent {
         Ok(())
     }
 
-    fn visit_below<K: Sink>(
+    fn visit_below<K: WideSink>(
         &mut self,
         fixed: &CutTree<'_>,
         moving: &CutTree<'_>,
@@ -144,7 +144,7 @@ impl Descent {
         pose: &Pose,
         pairs: &mut Vec<Pair>,
     ) -> Result<Counts, DescentError> {
-        let mut sink = Counted { pairs, counts: Counts::default() };
+        let mut sink = Gathered::all(pairs);
         self.visit_all(fixed, moving, pose, &mut sink)?;
         Ok(sink.counts)
     }
@@ -177,7 +177,7 @@ impl Descent {
         Ok(sink.found)
     }
 
-    fn visit_all<K: Sink>(
+    fn visit_all<K: WideSink>(
         &mut self,
         fixed: &TreeView<'_>,
         moving: &TreeView<'_>,
@@ -188,7 +188,7 @@ impl Descent {
         self.visit(fixed, moving, None, pose, sink)
     }
 
-    fn visit<K: Sink>(
+    fn visit<K: WideSink>(
         &mut self,
         fixed: &TreeView<'_>,
         moving: &TreeView<'_>,

@@ -101,50 +101,19 @@ impl std::ops::AddAssign for Counts {
     }
 }
 
-/// All pairs, and counts.
-pub struct Counted<'a> {
-    pub pairs: &'a mut Vec<Pair>,
-    pub counts: Counts,
-}
-
-impl Sink for Counted<'_> {
-    #[inline(always)]
-    fn hurry(&self) -> bool {
-        false
-    }
-
-    #[inline(always)]
-    fn take(&mut self, pair: Pair) {
-        self.pairs.push(pair);
-    }
-
-    fn kept(&mut self) -> Option<&mut Vec<Pair>> {
-        Some(self.pairs)
-    }
-
-    #[inline(always)]
-    fn boxes(&mut self, tests: usize) {
-        self.counts.boxes += tests as u64;
-    }
-
-    #[inline(always)]
-    fn triangles(&mut self, tests: usize) {
-        self.counts.triangles += tests as u64;
-    }
-
-    #[inline(always)]
-    fn exact(&mut self, tests: usize) {
-        self.counts.exact += tests as u64;
-    }
-}
-
-/// Pairs and counts for any other sink, which gets both at the end: for code that is long, and so is
-/// compiled for this one alone.
+/// All pairs, and counts; or both for any other sink, which gets them at the end: for code that is
+/// long, and so is compiled for this one alone.
 pub struct Gathered<'a> {
     pairs: &'a mut Vec<Pair>,
-    counts: Counts,
+    pub counts: Counts,
     /// For a sink to which one pair is enough.
     one_is_enough: bool,
+}
+
+impl<'a> Gathered<'a> {
+    pub fn all(pairs: &'a mut Vec<Pair>) -> Self {
+        Self { pairs, counts: Counts::default(), one_is_enough: false }
+    }
 }
 
 impl Gathered<'_> {
@@ -199,6 +168,10 @@ impl Sink for Gathered<'_> {
     #[inline(always)]
     fn exact(&mut self, tests: usize) {
         self.counts.exact += tests as u64;
+    }
+
+    fn kept(&mut self) -> Option<&mut Vec<Pair>> {
+        Some(self.pairs)
     }
 }
 

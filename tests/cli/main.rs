@@ -1,5 +1,6 @@
 //! The program as its users meet it: real processes, real files.
 
+mod accuracy;
 mod bad_input;
 mod bench;
 mod check;

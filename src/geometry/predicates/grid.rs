@@ -8,29 +8,30 @@
 //! may be rounded, which changes no sign.
 
 use std::cmp::Ordering;
+use std::ops::RangeInclusive;
 
 use super::{Point2, cross, dot, power_of_two, sign, sub};
 use crate::geometry::Point;
 
 /// Exponents of the largest difference for which no product above can under- or overflow.
-const RANGE: [f64; 2] = [power_of_two(-250), power_of_two(250)];
+const RANGE: RangeInclusive<f64> = power_of_two(-250)..=power_of_two(250);
 
 /// `None`: the points are on no such grid.
 #[inline]
 pub fn orient3d([a, b, c, d]: [&Point; 4]) -> Option<Ordering> {
     let edges = [sub(b, a), sub(c, a), sub(d, a)];
-    let on_grid = Grid::below(edges.as_flattened())?;
-    let all = a.iter().chain(b).chain(c).chain(d);
-    on_grid.has(all).then(|| sign(dot(cross(edges[0], edges[1]), edges[2])))
+    let [[bx, by, bz], [cx, cy, cz], [dx, dy, dz]] = edges;
+    let on_grid = Grid::below([bx, by, bz, cx, cy, cz, dx, dy, dz])?;
+    (on_grid.has(a) & on_grid.has(b) & on_grid.has(c) & on_grid.has(d))
+        .then(|| sign(dot(cross(edges[0], edges[1]), edges[2])))
 }
 
 /// `None`: the points are on no such grid.
 #[inline]
 pub fn orient2d([a, b, c]: [&Point2; 3]) -> Option<Ordering> {
     let [bx, by, cx, cy] = [b[0] - a[0], b[1] - a[1], c[0] - a[0], c[1] - a[1]];
-    let on_grid = Grid::below(&[bx, by, cx, cy])?;
-    let all = a.iter().chain(b).chain(c);
-    on_grid.has(all).then(|| sign(bx * cy - by * cx))
+    let on_grid = Grid::below([bx, by, cx, cy])?;
+    (on_grid.has(a) & on_grid.has(b) & on_grid.has(c)).then(|| sign(bx * cy - by * cx))
 }
 
 /// Multiples of a power of two `q`.
@@ -44,9 +45,10 @@ struct Grid {
 impl Grid {
     /// The finest on which no difference is beyond 2^17 q.
     #[inline]
-    fn below(differences: &[f64]) -> Option<Self> {
-        let largest = differences.iter().fold(0.0, |most: f64, d| most.max(d.abs()));
-        if !(RANGE[0] <= largest && largest <= RANGE[1]) {
+    fn below<const N: usize>(differences: [f64; N]) -> Option<Self> {
+        let larger = |most: f64, d: f64| if d.abs() > most { d.abs() } else { most };
+        let largest = differences.into_iter().fold(0.0, larger);
+        if !RANGE.contains(&largest) {
             return None;
         }
         // The power of two below the largest: that is less than 2 * 2^16 q.
@@ -56,9 +58,9 @@ impl Grid {
     }
 
     #[inline]
-    fn has<'a>(&self, coordinates: impl Iterator<Item = &'a f64>) -> bool {
-        // All of them, without a branch each.
-        coordinates.fold(true, |all, &x| {
+    fn has<const N: usize>(&self, point: &[f64; N]) -> bool {
+        // All coordinates, without a branch each.
+        point.iter().fold(true, |all, &x| {
             all & (x.abs() < self.limit) & ((x + self.rounder) - self.rounder == x)
         })
     }

@@ -67,14 +67,17 @@ fn orient3d_told<T: Tally>(
 #[inline(never)]
 fn orient3d_exact<T: Tally>(points: [&Point; 4], tally: T) -> Ordering {
     let [a, b, c, d] = points;
-    let equal_points = a == b || a == c || a == d || b == c || b == d || c == d;
-    if equal_points || (0..3).any(|k| a[k] == b[k] && a[k] == c[k] && a[k] == d[k]) {
+    if (0..3).any(|k| a[k] == b[k] && a[k] == c[k] && a[k] == d[k]) {
         tally.decided(Stage::Structure, 1);
         return Ordering::Equal;
     }
     if let Some(order) = grid::orient3d(points) {
         tally.decided(Stage::Grid, 1);
         return order;
+    }
+    if a == b || a == c || a == d || b == c || b == d || c == d {
+        tally.decided(Stage::Structure, 1);
+        return Ordering::Equal;
     }
     // Lowest bits of coordinates are at least 2^-332, of three's product 2^-996: far enough above
     // 2^-1074 for the error bounds of the expansions to be normal numbers as well. The largest sum

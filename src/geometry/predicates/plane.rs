@@ -27,6 +27,12 @@ impl Sides {
         (self.above == Self::ALL) | (self.below == Self::ALL)
     }
 
+    /// Whether any is on the plane.
+    #[inline]
+    pub fn touch(self) -> bool {
+        self.above | self.below != Self::ALL
+    }
+
     /// From whether each point is above, and whether it is below. Without branches, as there is
     /// nothing in the signs for the processor to foresee.
     #[inline]
@@ -61,14 +67,36 @@ impl<'a> Plane<'a> {
         let determinants = points.each_ref().map(|p| dot(self.normal, sub(p, &self.corners[0])));
         let sides = Sides::of(determinants.map(|d| (filter.is_positive(d), filter.is_negative(d))));
         let decided = sides.above | sides.below;
-        tally.decided(Stage::Filter, decided.count_ones());
-        if decided == Sides::ALL { sides } else { self.settle(points, sides, tally) }
+        if decided == Sides::ALL {
+            tally.decided(Stage::Filter, 3);
+            return sides;
+        }
+        self.settle(points, sides, tally)
+    }
+
+    /// Whether the triangle lies across an axis and all points that the filter has left open are
+    /// where it is on that axis: on its plane.
+    #[inline]
+    fn open_ones_are_on_axis_plane(&self, points: &Triangle, sides: Sides) -> bool {
+        let [a, b, c] = self.corners;
+        let decided = sides.above | sides.below;
+        let across = |k: usize| {
+            let on = Sides::of(points.each_ref().map(|p| (p[k] == a[k], false))).above;
+            (a[k] == b[k]) & (a[k] == c[k]) & (on | decided == Sides::ALL)
+        };
+        across(0) | across(1) | across(2)
     }
 
     /// The sides that the filter has left open.
     #[cold]
     #[inline(never)]
     fn settle<T: Tally>(&self, points: &Triangle, mut sides: Sides, tally: T) -> Sides {
+        let decided = (sides.above | sides.below).count_ones();
+        tally.decided(Stage::Filter, decided);
+        if self.open_ones_are_on_axis_plane(points, sides) {
+            tally.decided(Stage::Structure, 3 - decided);
+            return sides;
+        }
         let [a, b, c] = self.corners;
         for (i, point) in points.iter().enumerate() {
             let bit = 1 << i;

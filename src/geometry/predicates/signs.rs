@@ -39,6 +39,12 @@ pub trait Signs: Copy {
         c: &[Self::Scalar; 2],
     ) -> Ordering;
 
+    /// May be asked where a corner lies on the other triangle's plane: whether the two have a corner
+    /// in common, which makes all other signs unnecessary.
+    fn have_common_corner(self, _a: &[[Self::Scalar; 3]; 3], _b: &[[Self::Scalar; 3]; 3]) -> bool {
+        false
+    }
+
     /// As [`Plane::sides`].
     fn sides(self, plane: &[[Self::Scalar; 3]; 3], points: &[[Self::Scalar; 3]; 3]) -> Sides;
 }
@@ -77,6 +83,13 @@ impl<T: Tally> Signs for Certain<'_, T> {
     }
 
     #[inline]
+    fn have_common_corner(self, a: &[[f64; 3]; 3], b: &[[f64; 3]; 3]) -> bool {
+        // All nine, without a branch each.
+        let equal = |p: &[f64; 3], q: &[f64; 3]| (p[0] == q[0]) & (p[1] == q[1]) & (p[2] == q[2]);
+        a.iter().fold(false, |any, p| any | equal(p, &b[0]) | equal(p, &b[1]) | equal(p, &b[2]))
+    }
+
+    #[inline]
     fn sides(self, plane: &[[f64; 3]; 3], points: &[[f64; 3]; 3]) -> Sides {
         Plane::through(plane).sides_told(points, self.filter, self.tally)
     }
@@ -84,14 +97,8 @@ impl<T: Tally> Signs for Certain<'_, T> {
 
 /// The rounded determinant's sign at face value, as engines without exact arithmetic have it. What
 /// is no number counts as zero.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct FaceValue<S>(PhantomData<S>);
-
-impl<S> FaceValue<S> {
-    pub const fn new() -> Self {
-        Self(PhantomData)
-    }
-}
 
 fn sign<S: Scalar>(determinant: S) -> Ordering {
     determinant.partial_cmp(&S::default()).unwrap_or(Ordering::Equal)

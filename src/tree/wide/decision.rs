@@ -6,6 +6,9 @@ use crate::geometry::TriangleTest;
 use crate::geometry::simd::Lanes;
 
 pub trait Decision: Copy {
+    /// Only what is certain.
+    const CERTAIN: Self;
+
     /// Of a vector of pairs, those of `valid` that meet, and those that the outcome's test has to
     /// decide. `pairs`: which triangle of either leaf.
     fn decide<L: Lanes>(self, l: L, faced: &Faced, pairs: [L::U; 2], valid: u32) -> [u32; 2];
@@ -16,6 +19,8 @@ pub trait Decision: Copy {
 pub struct Certain;
 
 impl Decision for Certain {
+    const CERTAIN: Self = Self;
+
     #[inline(always)]
     fn decide<L: Lanes>(self, l: L, faced: &Faced, pairs: [L::U; 2], valid: u32) -> [u32; 2] {
         let [a, b] = faced.sides(l, pairs);
@@ -52,6 +57,8 @@ impl From<Certain> for Chosen {
 }
 
 impl Decision for Chosen {
+    const CERTAIN: Self = Self::Certain;
+
     #[inline(always)]
     fn decide<L: Lanes>(self, l: L, faced: &Faced, pairs: [L::U; 2], valid: u32) -> [u32; 2] {
         match self {

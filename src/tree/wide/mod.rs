@@ -30,7 +30,7 @@ use rayon::prelude::*;
 
 use super::TreeView;
 use super::placement::Placement;
-use super::sink::{Erased, Gathered, Sink};
+use super::sink::{All, Any, Erased, Gathered, Sink};
 use crate::geometry::simd::{self, SimdLevel};
 use crate::geometry::triangle_test::PreparedTest;
 use crate::geometry::{Pose, Triangle, TriangleTest};
@@ -88,6 +88,25 @@ pub fn collapsed(binary: &[BinaryNode]) -> Vec<WideNode> {
     collapse::collapse(binary)
 }
 
+/// A sink that a kernel of its own is compiled for.
+pub trait WideSink: Sink {
+    /// Of what it does where only what is certain is to be decided.
+    type Decision: Decision + Into<Chosen>;
+}
+
+impl WideSink for All<'_> {
+    type Decision = Certain;
+}
+
+impl WideSink for Any {
+    type Decision = Certain;
+}
+
+/// The kernel of the other levels of accuracy.
+impl WideSink for Gathered<'_> {
+    type Decision = Chosen;
+}
+
 /// A question about two wide trees.
 pub struct Query<'a, 'q> {
     pub trees: [&'q TreeView<'a>; 2],
@@ -100,7 +119,12 @@ pub struct Query<'a, 'q> {
 }
 
 /// Gives every pair that the test finds to `sink`, or as many as it takes.
-pub fn descend<K: Sink>(rooms: &mut Rooms, level: SimdLevel, query: &Query<'_, '_>, sink: &mut K) {
+pub fn descend<K: WideSink>(
+    rooms: &mut Rooms,
+    level: SimdLevel,
+    query: &Query<'_, '_>,
+    sink: &mut K,
+) {
     let [fixed, moving] = query.trees;
     let by_rank = ByRank::new(fixed, moving, query.pose, query.prepared);
     let leaves = query.trees.map(Leaves::of);
@@ -119,7 +143,7 @@ pub fn descend<K: Sink>(rooms: &mut Rooms, level: SimdLevel, query: &Query<'_, '
     };
     let descent = Descent32 { level, nodes, leaves, place: &place, seeds, by_rank };
     match Chosen::of(query.test) {
-        Chosen::Certain => descent.run(rooms, Certain, sink),
+        Chosen::Certain => descent.run(rooms, K::Decision::CERTAIN, sink),
         // One kernel for all sinks.
         other => Gathered::for_sink(sink, |gathered| descent.run(rooms, other, gathered)),
     }
