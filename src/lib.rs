@@ -21,15 +21,16 @@
 //! ```
 //!
 //! # Map
-//! Imports go down only: [`geometry`] <- [`mesh`], [`tree`] <- [`effects`], [`scene`] <- [`wire`]
-//! <- [`workers`], [`scheduler`] <- [`report`] <- [`cli`]. [`transport`] moves bytes and imports
-//! nothing of ours.
+//! Imports go down only: [`geometry`] <- [`mesh`], [`tree`] <- [`effects`], [`scene`],
+//! [`hardcases`] <- [`wire`] <- [`workers`], [`scheduler`] <- [`report`] <- [`cli`]. [`transport`]
+//! moves bytes and imports nothing of ours.
 //!
 //! # Glossary
 //! - *scenario*: one pose of the moving mesh against the fixed one, which stays as its file has it
 //! - *pair*: a triangle of each mesh that have a point in common, numbered as in their files
 //! - *image*: a tree as relocatable bytes, used in place wherever they are
 //! - *distributed root*: a tree node at depth d, or a leaf above it; the unit of transfer
+//! - *accuracy*: what counts as a pair; exact unless a scene asks for less
 //! - *indicator*: which distributed roots a scenario needs, or a client has been given
 //! - *matchmaker*: chooses the client for a scenario; *claimed*: a client that is at work
 
@@ -37,6 +38,7 @@ pub mod cli;
 pub mod effects;
 pub mod experiment;
 pub mod geometry;
+pub mod hardcases;
 pub mod mesh;
 pub mod report;
 pub mod scene;

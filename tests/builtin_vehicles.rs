@@ -168,7 +168,7 @@ fn a_bad_name_option_or_budget_says_what_there_is() {
     }
     assert_eq!(
         error("car?triangles=999").to_string(),
-        "triangles=999 is out of range: a built-in vehicle has 1000 to 20000000 triangles"
+        "triangles=999 is out of range: this built-in mesh has 1000 to 20000000 triangles"
     );
     assert!(matches!(error("tracked?triangles=20000001"), MeshError::BuiltinBudget { .. }));
 }

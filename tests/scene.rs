@@ -10,7 +10,7 @@ use bumper::scene::random::{self, RandomError, RandomScenarios};
 use bumper::scene::{Penetration, Scenarios, Scene, WorkerCount, read_poses};
 use bumper::tree::descent::Descent;
 use bumper::tree::roots::Cut;
-use bumper::tree::{BuildOptions, TreeKind, build};
+use bumper::tree::{Accuracy, BuildOptions, TreeKind, build};
 
 const MINIMAL: &str = r#"version = 1
 [fixed]
@@ -45,6 +45,24 @@ fn absolute_paths_and_built_in_vehicles_are_not_relative_to_the_scene() {
     assert_eq!(scene.fixed.mesh, MeshSource::File("/models/a.stl".into()));
     let scene = parse(&MINIMAL.replace("a.stl", "builtin:car")).unwrap();
     assert!(matches!(scene.fixed.mesh, MeshSource::Builtin(_)));
+}
+
+#[test]
+fn accuracy_and_offsets_are_what_the_scene_says() {
+    let scene = parse(MINIMAL).unwrap();
+    assert_eq!((scene.accuracy, scene.fixed.offset), (Accuracy::EXACT, [0.0; 3]));
+    let at_level =
+        |level: &str| MINIMAL.replace("[fixed]", &format!("accuracy = {level}\n[fixed]"));
+    let scene = parse(&at_level("\"boxes(7)\"")).unwrap();
+    assert_eq!(scene.accuracy.to_string(), "boxes(7)");
+    assert_eq!(scene.cuts(), [Cut::Depth(7); 2], "the boxes are those of the distributed roots");
+    let refused = parse(&at_level("\"boxes(70)\"")).unwrap_err();
+    assert!(refused.contains("`accuracy`") && refused.contains("boxes(70)"), "{refused}");
+    let offset =
+        |value: &str| MINIMAL.replace("\"a.stl\"", &format!("\"a.stl\"\noffset_m = {value}"));
+    assert_eq!(parse(&offset("[1e7, 0.0, -2.5]")).unwrap().fixed.offset, [1e7, 0.0, -2.5]);
+    let refused = parse(&offset("[inf, 0.0, 0.0]")).unwrap_err();
+    assert!(refused.contains("fixed.offset_m"), "{refused}");
 }
 
 #[test]

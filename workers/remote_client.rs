@@ -10,9 +10,9 @@ use crate::effects::contacts::{self, pairs_fnv1a64};
 use crate::geometry::Pose;
 use crate::scene::Slowdown;
 use crate::transport::{REPLY_BYTES, WorkerEnd};
-use crate::tree::Counts;
 use crate::tree::descent::{Descent, DescentError, Pair};
-use crate::tree::roots::RootPair;
+use crate::tree::roots::{PreAnalysis, RootPair};
+use crate::tree::{Accuracy, BoxDepth, Counts};
 use crate::wire::{AnswerRecord, Batch, CostRecord, Job, ReplyHeader, TreeRecord, Wanted};
 
 /// Answers do not wait for others longer than that: by them the master sees that a worker with a
@@ -76,6 +76,10 @@ impl Calculator<'_> {
         store: &S,
     ) -> Result<(), WorkerError> {
         let Batch { task, trees, wanted, .. } = *batch;
+        let mut boxes = None;
+        if let Accuracy::Pairs(test) = wanted.accuracy {
+            self.descent.set_test(test);
+        }
         let mut results = ResultBuffer::new(task, REPLY_BYTES);
         let mut send = |parts: &[&[u8]]| transport.send(parts);
         let mut sent = Instant::now();
@@ -83,7 +87,7 @@ impl Calculator<'_> {
             let (scenario, pose) = (record.scenario, record.pose);
             let query = Query { scenario, trees, pose, roots, wanted };
             self.bookmark.put(scenario);
-            let (answer, cost) = self.answer_one(&query, store)?;
+            let (answer, cost) = self.answer_one(&query, store, &mut boxes)?;
             self.bookmark.take_out();
             let pairs = if wanted.pairs { &self.pairs[..] } else { &[] };
             results.push(answer, cost, pairs, &mut send)?;
@@ -97,14 +101,18 @@ impl Calculator<'_> {
     }
 
     /// With the pairs in `self.pairs`.
-    fn answer_one<W, S: TreeStore<W>>(
+    fn answer_one<'s, W, S: TreeStore<W>>(
         &mut self,
         query: &Query<'_>,
-        store: &S,
+        store: &'s S,
+        boxes: &mut Option<PreAnalysis<'s>>,
     ) -> Result<(AnswerRecord, Option<CostRecord>), WorkerError> {
         let begin = Instant::now();
         self.pairs.clear();
-        let outcome = self.descend(query, store);
+        let outcome = match query.wanted.accuracy {
+            Accuracy::Pairs(_) => self.descend(query, store),
+            Accuracy::BoxesAt(depth) => self.find_boxes(query, depth, store, boxes),
+        };
         contacts::sort(&mut self.pairs);
         let hash = pairs_fnv1a64(&self.pairs);
         let compute_ns = self.elapsed_ns(begin);
@@ -114,10 +122,10 @@ impl Calculator<'_> {
                 let count = u32::try_from(self.pairs.len()).expect("fewer than 2^32 pairs");
                 Ok((AnswerRecord::answered(scenario, count, hash, compute_ns), cost))
             }
-            Err(WorkerError::Descent(DescentError::Overflow { triangle })) => {
+            Err(WorkerError::Descent(DescentError::Overflow { triangle, corner })) => {
                 self.pairs.clear();
                 let cost = wanted.costs.then(CostRecord::default);
-                Ok((AnswerRecord::overflow(scenario, triangle, compute_ns), cost))
+                Ok((AnswerRecord::overflow(scenario, (triangle, corner), compute_ns), cost))
             }
             Err(other) => Err(other),
         }
@@ -153,6 +161,37 @@ impl Calculator<'_> {
             }
         };
         Ok(counts.map(|counts| CostRecord { counts, descent_ns: thread_ns() - begin }))
+    }
+
+    /// The pairs of boxes at a depth: those that came with the scenario, or those of a pre-analysis
+    /// of the worker's own, which is made for a whole batch.
+    fn find_boxes<'s, W, S: TreeStore<W>>(
+        &mut self,
+        query: &Query<'_>,
+        depth: BoxDepth,
+        store: &'s S,
+        boxes: &mut Option<PreAnalysis<'s>>,
+    ) -> Result<Option<CostRecord>, WorkerError> {
+        let Query { trees: [fixed, moving], pose, roots, wanted, .. } = query;
+        let begin = thread_ns();
+        let tests = if let Some(roots) = roots {
+            let (fixed, moving) = (store.cut(*fixed)?, store.cut(*moving)?);
+            self.descent.boxes_below(&fixed, &moving, pose, roots, &mut self.pairs)?;
+            0
+        } else {
+            if boxes.is_none() {
+                let (fixed, moving) = (store.whole(*fixed)?, store.whole(*moving)?);
+                if fixed.kind() != moving.kind() {
+                    let (fixed, moving) = (fixed.kind(), moving.kind());
+                    return Err(DescentError::Kinds { fixed, moving }.into());
+                }
+                *boxes = Some(PreAnalysis::new(fixed, depth.cut(), moving, depth.cut()));
+            }
+            let analysis = boxes.as_mut().expect("it was made above");
+            analysis.boxes_that_meet(pose, &mut self.pairs)?
+        };
+        let counts = Counts { boxes: tests, ..Counts::default() };
+        Ok(wanted.costs.then(|| CostRecord { counts, descent_ns: thread_ns() - begin }))
     }
 
     /// Since then, and as on a machine that is slower by the slowdown.
@@ -242,7 +281,7 @@ mod tests {
     fn batch(scenarios: &[(u32, Pose)], pairs: bool) -> Vec<u8> {
         let record = |&(n, pose)| ScenarioRecord::new(n, pose, 0);
         let records: Vec<_> = scenarios.iter().map(record).collect();
-        let wanted = Wanted { pairs, costs: false };
+        let wanted = Wanted { pairs, ..Wanted::default() };
         let header = JobHeader::scenarios(9, [0, 1], records.len() as u32, false, wanted);
         [bytemuck::bytes_of(&header), bytemuck::cast_slice(&records)].concat()
     }
@@ -259,7 +298,7 @@ mod tests {
     }
 
     #[test]
-    fn a_batch_is_answered_and_an_overflow_reported_with_its_triangle() {
+    fn a_batch_is_answered_and_an_overflow_reported_with_its_vertex() {
         let mut far = moved(0.0);
         far.rotation[0] = 0.7 * f64::MAX;
         let jobs = vec![batch(&[(3, moved(2.0)), (4, far), (8, moved(5.0))], true)];
@@ -277,7 +316,7 @@ mod tests {
             panic!("not answers");
         };
         assert_eq!(answers.iter().map(|a| a.scenario).collect::<Vec<_>>(), [4, 8]);
-        assert_eq!(answers[0].status(), AnswerStatus::Overflow { triangle: 1 });
+        assert_eq!(answers[0].status(), AnswerStatus::Overflow { triangle: 1, corner: 1 });
         assert_eq!((answers[1].status(), answers[1].pair_count), (AnswerStatus::Answered, 0));
     }
 

@@ -12,6 +12,7 @@ use clap::{Args, Parser, Subcommand};
 use crate::mesh::MeshSource;
 use crate::scene::{self, Distribution, MatchRule, Slowdown, StartFrom, Transport, WorkerCount};
 use crate::transport::WakeUp;
+use crate::tree::Accuracy;
 
 /// Finds exactly which triangles of two vehicle models touch, in thousands of poses.
 ///
@@ -27,12 +28,16 @@ pub(super) struct Cli {
 pub(super) enum Verb {
     /// Find the contacts of all scenarios of a scene
     Run(RunArgs),
+    /// What accuracy costs in time, and what is wrong without it: the same scenarios at every level
+    Accuracy(Box<AccuracyArgs>),
     /// Look at mesh files
     #[command(subcommand)]
     Mesh(MeshVerb),
     /// Measure transports and engines
     #[command(subcommand)]
     Bench(BenchVerb),
+    /// Answer hard cases in every way there is, and count wrong answers
+    Check(CheckArgs),
     /// Remove what killed runs of yours left; living ones are not touched
     Clean(CleanArgs),
     /// What a run starts for each worker
@@ -72,6 +77,11 @@ pub(super) struct SceneArgs {
     /// As --fixed-subtree-triangles, of the moving mesh
     #[arg(long, value_name = "N", value_parser = subtree_triangles)]
     pub moving_subtree_triangles: Option<Distribution>,
+
+    /// What is a pair: exact (never wrong), f64 or f32 (plain floating point), boxes (of two
+    /// triangles), or boxes(D) (at depth D of the trees)
+    #[arg(long, value_name = "LEVEL")]
+    pub accuracy: Option<Accuracy>,
 
     /// Poses of the moving mesh, with the header qw,qx,qy,qz,tx,ty,tz
     #[arg(long, value_name = "CSV")]
@@ -122,6 +132,25 @@ pub(super) struct RunArgs {
     /// Build the trees anew, and keep none
     #[arg(long, conflicts_with = "cache_dir")]
     pub no_cache: bool,
+}
+
+#[derive(Args)]
+pub(super) struct AccuracyArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+
+    /// Levels to compare with exact, as for --accuracy [default: boxes at depths 2 to 14, and all
+    /// others]
+    #[arg(long, value_name = "LEVEL", value_delimiter = ',')]
+    pub levels: Vec<Accuracy>,
+
+    /// Directory for accuracy.json, accuracy.svg and depth.svg; files of these names are replaced
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// As in the scene's `[engine]`.
@@ -289,6 +318,17 @@ pub(super) struct MeshInfoArgs {
     pub meshes: Vec<MeshSource>,
 
     /// Print one JSON array
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Args)]
+pub(super) struct CheckArgs {
+    /// Files of cases [default: the built-in suite]
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    pub suite: Vec<PathBuf>,
+
+    /// Print one JSON object
     #[arg(long)]
     pub json: bool,
 }

@@ -18,7 +18,7 @@ use crate::report::plot::{self, Labels, Series};
 use crate::report::{Machine, Versions};
 use crate::scene::{MatchRule, Transport};
 use crate::transport::WakeUp;
-use crate::tree::BuildOptions;
+use crate::tree::{Accuracy, BuildOptions};
 
 /// What is printed with `--json`.
 #[derive(Serialize)]
@@ -137,14 +137,21 @@ fn latency_figure(rows: &[LatencyRow]) -> Result<String, String> {
 pub(super) fn engine(args: BenchEngineArgs) -> Result<(), Failure> {
     let interrupt = interrupt::on_ctrl_c().context("cannot listen to Ctrl-C")?;
     let scene = scene_of(&args.scene)?;
+    if scene.accuracy != Accuracy::EXACT {
+        return Err(Failure::usage(anyhow!(
+            "accuracy {}: engines are compared with exact answers only; see `bumper accuracy`",
+            scene.accuracy
+        )));
+    }
     let poses = Poses::of(&scene.scenarios)?;
     let meshes = prepare::load(&scene)?;
     let trees = prepare::build(&meshes, BuildOptions { kind: scene.tree }, None);
     let poses = poses.place(&meshes, &trees, &interrupt)?;
     interrupt::check(&interrupt)?;
+    let [fixed_cut, moving_cut] = scene.cuts();
     let load = Load {
-        fixed: (Arc::clone(&trees.fixed().image), scene.fixed.distribution.cut()),
-        moving: (Arc::clone(&trees.moving().image), scene.moving.distribution.cut()),
+        fixed: (Arc::clone(&trees.fixed().image), fixed_cut),
+        moving: (Arc::clone(&trees.moving().image), moving_cut),
         poses: &poses,
         engine: scene.engine.clone(),
         program: std::env::current_exe().context("cannot find my own executable")?,

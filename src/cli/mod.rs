@@ -1,7 +1,9 @@
 //! The command line: arguments in, exit code out.
 
+mod accuracy;
 mod args;
 mod bench;
+mod check;
 mod clean;
 mod compare;
 mod failure;
@@ -26,11 +28,13 @@ pub fn main() -> ExitCode {
     let outcome = match Cli::parse().verb.unwrap_or(Verb::Run(RunArgs::default())) {
         Verb::Worker { args } => return workers::main(&args),
         Verb::Run(args) => terminal::log_to_stderr().and_then(|()| run::run(args)),
+        Verb::Accuracy(args) => terminal::log_to_stderr().and_then(|()| accuracy::run(*args)),
         Verb::Mesh(MeshVerb::Info(args)) => mesh_info::run(&args),
         Verb::Bench(BenchVerb::Transport(args)) => bench::transport(args),
         Verb::Bench(BenchVerb::Engine(args)) => {
             terminal::log_to_stderr().and_then(|()| bench::engine(*args))
         }
+        Verb::Check(args) => check::run(&args),
         Verb::Clean(args) => clean::run(&args),
     };
     match outcome {

@@ -13,7 +13,7 @@ use crate::geometry::Pose;
 use crate::mesh::{MeshSource, TriangleMesh};
 use crate::report::MeshSummary;
 use crate::scene::random::{self, RandomError, RandomScenarios};
-use crate::scene::{Scenarios, Scene, read_poses};
+use crate::scene::{Body, Scenarios, Scene, read_poses};
 use crate::tree::{BuildOptions, TreeImage, cache};
 
 /// A value and the seconds it took.
@@ -54,8 +54,8 @@ impl<T> Both<T> {
 /// Both meshes at a time; a mesh that is given twice is loaded once.
 pub(super) fn load(scene: &Scene) -> Result<Both<TriangleMesh>, Failure> {
     let activity = terminal::activity("loading");
-    let (fixed, moving) = (&scene.fixed.mesh, &scene.moving.mesh);
-    let meshes = if same(fixed, moving) {
+    let (fixed, moving) = (&scene.fixed, &scene.moving);
+    let meshes = if same(&fixed.mesh, &moving.mesh) && fixed.offset == moving.offset {
         Both { fixed: load_one(fixed, "fixed")?, moving: None }
     } else {
         let (fixed, moving) =
@@ -66,8 +66,9 @@ pub(super) fn load(scene: &Scene) -> Result<Both<TriangleMesh>, Failure> {
     Ok(meshes)
 }
 
-fn load_one(source: &MeshSource, role: &str) -> anyhow::Result<TriangleMesh> {
-    source.load().with_context(|| format!("cannot load the {role} mesh"))
+fn load_one(body: &Body, role: &str) -> anyhow::Result<TriangleMesh> {
+    let mesh = body.mesh.load().and_then(|mesh| mesh.moved(body.offset));
+    mesh.with_context(|| format!("cannot load the {role} mesh"))
 }
 
 fn same(a: &MeshSource, b: &MeshSource) -> bool {

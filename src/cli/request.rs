@@ -9,6 +9,7 @@ use super::failure::Failure;
 use crate::geometry::simd::SimdLevel;
 use crate::report::OutputDir;
 use crate::scene::{EngineOptions, Scenarios, Scene, SceneError};
+use crate::tree::Accuracy;
 
 pub(super) struct Request {
     /// With the options of the command line in it.
@@ -26,6 +27,7 @@ impl Request {
     /// argument that is refused leaves no trace.
     pub(super) fn new(args: RunArgs) -> Result<Self, Failure> {
         let scene = scene_of(&args.scene)?;
+        check_accuracy(scene.accuracy, &args)?;
         let cache_dir =
             if args.no_cache { None } else { args.cache_dir.clone().or_else(cache_dir) };
         let out = args.out.as_deref().map(OutputDir::prepare).transpose()?;
@@ -46,6 +48,7 @@ pub(super) fn scene_of(args: &SceneArgs) -> Result<Scene, Failure> {
     let mut scene = scene(args.scene.as_deref())?;
     override_scenarios(&mut scene.scenarios, args)?;
     scene.engine.workers = args.workers.or(scene.engine.workers);
+    scene.accuracy = args.accuracy.unwrap_or(scene.accuracy);
     override_engine(&mut scene.engine, &args.engine);
     if let Some(mesh) = &args.fixed {
         scene.fixed.mesh = mesh.clone();
@@ -58,6 +61,23 @@ pub(super) fn scene_of(args: &SceneArgs) -> Result<Scene, Failure> {
     let moving = args.moving_depth.or(args.moving_subtree_triangles);
     scene.moving.distribution = moving.unwrap_or(scene.moving.distribution);
     Ok(scene)
+}
+
+/// What cannot be had at every level.
+fn check_accuracy(accuracy: Accuracy, args: &RunArgs) -> Result<(), Failure> {
+    if args.contacts && matches!(accuracy, Accuracy::BoxesAt(_)) {
+        return Err(Failure::usage(anyhow!(
+            "--contacts: {accuracy} finds boxes that meet, and no triangles to write: take boxes, \
+             f32, f64 or exact"
+        )));
+    }
+    if args.stats && accuracy != Accuracy::EXACT {
+        return Err(Failure::usage(anyhow!(
+            "--stats compares kinds of trees, which give the same answers only where these are \
+             exact, not with {accuracy}: take exact"
+        )));
+    }
+    Ok(())
 }
 
 fn scene(path: Option<&Path>) -> Result<Scene, Failure> {

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use crate::report::{CostFit, Summary, TreeCosts};
+use crate::tree::Accuracy;
 use crate::tree::cache::CacheOutcome;
 
 pub(super) fn summary_text(summary: &Summary) -> String {
@@ -12,6 +13,9 @@ pub(super) fn summary_text(summary: &Summary) -> String {
         writeln!(text, "{name:<14}{value}").expect("writing to a string does not fail");
     };
     line("scenarios", scenarios(summary));
+    if summary.accuracy != Accuracy::EXACT {
+        line("accuracy", summary.accuracy.to_string());
+    }
     line("colliding", grouped(summary.colliding.into()));
     line("pairs", grouped(summary.pairs));
     line("wall time", seconds(time.wall_s));

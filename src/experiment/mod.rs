@@ -1,4 +1,6 @@
-//! Measurements that users make: what a transport costs, and what an engine gets done.
+//! Measurements that users make: what accuracy costs, what a transport costs, and what
+//! an engine gets done.
 
+pub mod accuracy;
 pub mod latency;
 pub mod throughput;

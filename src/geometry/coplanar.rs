@@ -2,73 +2,104 @@
 
 use std::cmp::Ordering;
 
-use super::predicates::{Point2, Sides, StaticFilter, orient2d, orient3d};
-use super::{Point, Triangle};
+use super::predicates::{Scalar, Sides, Signs};
 
 /// Whether two triangles meet if all vertices of one lie on the plane of the other, which all
 /// points do if that is degenerate. `sides_a` are the sides of `a`'s vertices from the plane of
 /// `b`, and the other way round; one of the two is [`Sides::ON_PLANE`].
 #[cold]
 #[inline(never)]
-pub fn coplanar_or_degenerate(a: &Triangle, b: &Triangle, sides_a: Sides, sides_b: Sides) -> bool {
+pub fn coplanar_or_degenerate<S: Signs>(
+    a: &[[S::Scalar; 3]; 3],
+    b: &[[S::Scalar; 3]; 3],
+    (sides_a, sides_b): (Sides, Sides),
+    signs: S,
+) -> bool {
     // A side that is not zero shows that the other triangle is proper; and as this one's own
     // plane has decided nothing, it is a segment across the other's plane.
     if sides_a != Sides::ON_PLANE {
-        return crossing_segment_meets(extremes(a), b);
+        return crossing_segment_meets(extremes(a), b, signs);
     }
     if sides_b != Sides::ON_PLANE {
-        return crossing_segment_meets(extremes(b), a);
+        return crossing_segment_meets(extremes(b), a, signs);
     }
-    let ([p, q], [r, s]) = (extremes(a), extremes(b));
-    (is_proper(a) || is_proper(b) || orient(p, q, r, s).is_eq()) && coplanar_meet(a, b)
+    for axes in PROJECTIONS {
+        let images = [project(a, axes), project(b, axes)];
+        let turns = images.each_ref().map(|[a, b, c]| signs.orient2d(a, b, c));
+        // A triangle that is one in its image too shows that there is a plane, and that the
+        // projection of it is one to one.
+        if turns != [Ordering::Equal; 2] {
+            return !separated(&images, turns, signs);
+        }
+    }
+    segments_meet(a, b, signs)
 }
 
 /// Whether the line through `p` and `q`, which crosses the triangle's plane, passes all three
 /// edges on the same side, or through them.
-fn crossing_segment_meets([p, q]: [&Point; 2], [a, b, c]: &Triangle) -> bool {
-    let sides = [orient(p, q, a, b), orient(p, q, b, c), orient(p, q, c, a)];
+fn crossing_segment_meets<S: Signs>(
+    [p, q]: [&[S::Scalar; 3]; 2],
+    [a, b, c]: &[[S::Scalar; 3]; 3],
+    signs: S,
+) -> bool {
+    let sides = [(a, b), (b, c), (c, a)].map(|(from, to)| signs.orient3d(p, q, from, to));
     sides.iter().all(|side| side.is_le()) || sides.iter().all(|side| side.is_ge())
 }
 
-fn is_proper(triangle: &Triangle) -> bool {
-    PROJECTIONS.iter().any(|&axes| !collinear(&project(triangle, axes)))
-}
-
-/// For six vertices that lie in one plane.
-fn coplanar_meet(a: &Triangle, b: &Triangle) -> bool {
+/// Two triangles without area.
+fn segments_meet<S: Signs>(a: &[[S::Scalar; 3]; 3], b: &[[S::Scalar; 3]; 3], signs: S) -> bool {
+    let ([p, q], [r, s]) = (extremes(a), extremes(b));
+    if signs.orient3d(p, q, r, s).is_ne() {
+        return false;
+    }
     for axes in PROJECTIONS {
-        let (a, b) = (project(a, axes), project(b, axes));
-        // An image that is more than a line shows that the projection of the plane is one to one.
-        if !collinear([a, b].as_flattened()) {
-            return !edge_separates(&a, &b) && !edge_separates(&b, &a);
+        let images = [project(a, axes), project(b, axes)];
+        // As above, of an image that is more than a line.
+        if !collinear(images.as_flattened(), signs) {
+            return !separated(&images, [Ordering::Equal; 2], signs);
         }
     }
-    let ([a_low, a_high], [b_low, b_high]) = (extremes(a), extremes(b));
-    a_low <= b_high && b_low <= a_high
+    p <= s && r <= q
 }
 
-/// Whether the line of an edge of `a` has all of `b` strictly on one side and none of `a` there.
+/// Whether an edge of either has all of the other strictly on one side, and none of its own
+/// triangle there.
 ///
-/// Two convex hulls in a plane are apart iff an edge of either does this (separating axes), also
-/// if one of them or both are degenerate, as long as the points are not all on one line.
-fn edge_separates(a: &[Point2; 3], b: &[Point2; 3]) -> bool {
-    [[0, 1, 2], [1, 2, 0], [2, 0, 1]].iter().any(|&[from, to, apex]| {
-        let [side, others @ ..] = b.each_ref().map(|p| orient2d(&a[from], &a[to], p));
-        let own = orient2d(&a[from], &a[to], &a[apex]);
-        side.is_ne() && others == [side; 2] && own != side
-    })
+/// Two convex hulls in a plane are apart iff one does (separating axes), also if one of them or
+/// both are degenerate, as long as the points are not all on one line. `turns`: whether each goes
+/// counterclockwise, or is degenerate.
+fn separated<S: Signs>([a, b]: &[[[S::Scalar; 2]; 3]; 2], turns: [Ordering; 2], signs: S) -> bool {
+    edge_separates(a, turns[0], b, signs) || edge_separates(b, turns[1], a, signs)
+}
+
+/// The third corner of `a` lies on the side of each edge that `a` turns to.
+fn edge_separates<S: Signs>(
+    a: &[[S::Scalar; 2]; 3],
+    turn: Ordering,
+    b: &[[S::Scalar; 2]; 3],
+    signs: S,
+) -> bool {
+    let edge_does = |from, to| {
+        let first = signs.orient2d(from, to, &b[0]);
+        first.is_ne()
+            && first != turn
+            && signs.orient2d(from, to, &b[1]) == first
+            && signs.orient2d(from, to, &b[2]) == first
+    };
+    let [p, q, r] = a;
+    edge_does(p, q) || edge_does(q, r) || edge_does(r, p)
 }
 
 /// Pairs of axes to project on.
 pub(super) const PROJECTIONS: [[usize; 2]; 3] = [[0, 1], [1, 2], [2, 0]];
 
-pub(super) fn project(triangle: &Triangle, [x, y]: [usize; 2]) -> [Point2; 3] {
+pub(super) fn project<C: Scalar>(triangle: &[[C; 3]; 3], [x, y]: [usize; 2]) -> [[C; 2]; 3] {
     triangle.map(|p| [p[x], p[y]])
 }
 
-pub(super) fn collinear(points: &[Point2]) -> bool {
+pub(super) fn collinear<S: Signs>(points: &[[S::Scalar; 2]], signs: S) -> bool {
     let [low, high] = extremes(points);
-    points.iter().all(|p| orient2d(low, high, p).is_eq())
+    points.iter().all(|p| signs.orient2d(low, high, p).is_eq())
 }
 
 /// The first and the last in lexicographic order, in which collinear points follow their line.
@@ -83,8 +114,4 @@ fn extremes<P: PartialOrd>(points: &[P]) -> [&P; 2] {
         }
     }
     ends
-}
-
-fn orient(a: &Point, b: &Point, c: &Point, d: &Point) -> Ordering {
-    orient3d(a, b, c, d, &StaticFilter::OFF)
 }

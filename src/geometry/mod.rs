@@ -7,8 +7,10 @@ pub mod pose;
 pub mod predicates;
 pub mod simd;
 pub mod triangle;
+pub mod triangle_test;
 
 pub use pose::{Pose, PoseError};
+pub use triangle_test::TriangleTest;
 
 /// A point or vector, in metres unless said otherwise.
 pub type Point = [f64; 3];

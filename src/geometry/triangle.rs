@@ -1,9 +1,9 @@
 //! Do two closed triangles share a point?
 
+use super::Triangle;
 use super::coplanar::coplanar_or_degenerate;
 pub use super::predicates::StaticFilter;
-use super::predicates::{Plane, Sides, orient3d};
-use super::{Point, Triangle};
+use super::predicates::{Certain, Sides, Signs};
 
 /// True iff the closed hulls of `a` and `b` share at least one point; touching counts, and a
 /// degenerate triangle is the segment or point that its vertices span.
@@ -13,34 +13,43 @@ use super::{Point, Triangle};
 /// predicates" (2003), on signs that are never wrong.
 #[inline]
 pub fn triangles_intersect(a: &Triangle, b: &Triangle, filter: &StaticFilter) -> bool {
-    let sides_b = Plane::through(a).sides(b, filter);
+    intersect_by(a, b, Certain::new(filter))
+}
+
+/// [`triangles_intersect`] with signs from wherever: the answer is as good as they are.
+#[inline]
+pub fn intersect_by<S: Signs>(a: &[[S::Scalar; 3]; 3], b: &[[S::Scalar; 3]; 3], signs: S) -> bool {
+    let sides_b = signs.sides(a, b);
     if sides_b.strictly_one() {
         return false;
     }
-    let sides_a = Plane::through(b).sides(a, filter);
+    if sides_b.touch() && signs.have_common_corner(a, b) {
+        return true;
+    }
+    let sides_a = signs.sides(b, a);
     if sides_a.strictly_one() {
         return false;
     }
     if sides_a == Sides::ON_PLANE || sides_b == Sides::ON_PLANE {
-        return coplanar_or_degenerate(a, b, sides_a, sides_b);
+        return coplanar_or_degenerate(a, b, (sides_a, sides_b), signs);
     }
-    intervals_overlap((a, Apex::of(sides_a)), (b, Apex::of(sides_b)), filter)
+    intervals_overlap((a, Apex::of(sides_a)), (b, Apex::of(sides_b)), signs)
 }
 
 /// Both triangles are proper and meet the line common to their planes, each in an interval that
 /// ends on the two edges at its apex: the intervals overlap iff each begins before the other
 /// ends.
 #[inline]
-fn intervals_overlap(
-    (a, apex_a): (&Triangle, Apex),
-    (b, apex_b): (&Triangle, Apex),
-    filter: &StaticFilter,
+fn intervals_overlap<S: Signs>(
+    (a, apex_a): (&[[S::Scalar; 3]; 3], Apex),
+    (b, apex_b): (&[[S::Scalar; 3]; 3], Apex),
+    signs: S,
 ) -> bool {
     // Turned so that each apex lies above the other's plane, which lets both intervals run the
     // same way.
     let [p1, q1, r1] = apex_a.leading(a, apex_b.below);
     let [p2, q2, r2] = apex_b.leading(b, apex_a.below);
-    orient3d(p1, q1, p2, q2, filter).is_le() && orient3d(p1, r1, r2, p2, filter).is_le()
+    signs.orient3d(p1, q1, p2, q2).is_le() && signs.orient3d(p1, r1, r2, p2).is_le()
 }
 
 /// The vertex that the other triangle's plane separates from the other two. These may lie on the
@@ -81,7 +90,7 @@ impl Apex {
 
     /// The vertices, the apex first, in their order or against it.
     #[inline]
-    fn leading(self, triangle: &Triangle, reversed: bool) -> [&Point; 3] {
+    fn leading<P>(self, triangle: &[P; 3], reversed: bool) -> [&P; 3] {
         self.first(reversed).map(|i| &triangle[i])
     }
 

@@ -23,16 +23,18 @@ pub enum MeshError {
     Empty,
     #[error("{0} is too many: at most {max} vertices and faces", max = u32::MAX / 4)]
     TooMany(usize),
-    #[error("no such built-in vehicle: {0} (there are builtin:car and builtin:tracked)")]
+    #[error(
+        "no such built-in mesh: {0} (there are builtin:car, builtin:tracked, builtin:blocks and builtin:slivers)"
+    )]
     UnknownBuiltin(String),
     #[error(
-        "built-in vehicles have no option {0:?} (there is triangles=N, as in builtin:car?triangles=20000)"
+        "built-in meshes have no option {0:?} (there is triangles=N, as in builtin:car?triangles=20000)"
     )]
     UnknownBuiltinOption(String),
     #[error("triangles={0} is not a whole number of triangles")]
     BuiltinNotACount(String),
     #[error(
-        "triangles={triangles} is out of range: a built-in vehicle has {min} to {max} triangles"
+        "triangles={triangles} is out of range: this built-in mesh has {min} to {max} triangles"
     )]
     BuiltinBudget { triangles: u32, min: u32, max: u32 },
 }

@@ -37,7 +37,7 @@ impl MeshSource {
         Ok(self.load_with_format()?.0)
     }
 
-    /// The format is None for a built-in vehicle.
+    /// The format is None for a built-in mesh.
     pub(super) fn load_with_format(&self) -> Result<(TriangleMesh, Option<Format>), MeshError> {
         match self {
             Self::File(path) => {

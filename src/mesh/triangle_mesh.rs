@@ -44,6 +44,20 @@ impl TriangleMesh {
         self.faces[face as usize].map(|i| self.vertices[i as usize])
     }
 
+    /// In file order.
+    pub fn triangles(&self) -> impl ExactSizeIterator<Item = Triangle> + '_ {
+        (0..self.faces.len() as u32).map(|face| self.triangle(face))
+    }
+
+    /// The offset is added to every vertex in f64.
+    pub fn moved(self, offset: Point) -> Result<Self, MeshError> {
+        if offset == [0.0; 3] {
+            return Ok(self);
+        }
+        let add = |v: Point| [v[0] + offset[0], v[1] + offset[1], v[2] + offset[2]];
+        Self::new(self.vertices.into_iter().map(add).collect(), self.faces)
+    }
+
     /// XXH3 over counts, vertices and faces as little-endian bytes: the mesh's identity in the
     /// tree cache.
     pub fn content_hash(&self) -> u64 {

@@ -1,5 +1,6 @@
 //! What a run leaves behind: the figures, and the files of an output directory.
 
+pub mod accuracy_plot;
 mod cost_fit;
 mod machine;
 mod output;
@@ -13,6 +14,6 @@ mod tree_costs;
 pub use cost_fit::CostFit;
 pub use machine::Machine;
 pub use output::{OutputDir, OutputError, ResultFiles};
-pub use summary::{MeshSummary, Summary, Times, Versions};
+pub use summary::{MeshSummary, SceneSummary, Summary, Times, Versions};
 pub use tally::{ComputeTimes, Tally};
 pub use tree_costs::TreeCosts;

@@ -19,7 +19,7 @@ pub struct Labels {
 }
 
 /// Colours that colour-blind people can tell apart (Okabe & Ito 2008).
-const COLOURS: [RGBColor; 8] = [
+pub(super) const COLOURS: [RGBColor; 8] = [
     RGBColor(0, 114, 178),
     RGBColor(230, 159, 0),
     RGBColor(0, 158, 115),
@@ -30,7 +30,7 @@ const COLOURS: [RGBColor; 8] = [
     RGBColor(0, 0, 0),
 ];
 
-const SIZE: (u32, u32) = (960, 600);
+pub(super) const SIZE: (u32, u32) = (960, 600);
 
 /// Both axes logarithmic.
 pub fn log_log(labels: &Labels, series: &[Series]) -> Result<String, Box<dyn Error>> {
@@ -47,7 +47,7 @@ pub fn log_log(labels: &Labels, series: &[Series]) -> Result<String, Box<dyn Err
             let line = LineSeries::new(one.points.iter().copied(), colour.stroke_width(2));
             chart.draw_series(line)?.label(&one.name).legend(key(colour));
         }
-        legend(&mut chart)?;
+        legend(&mut chart, SeriesLabelPosition::UpperLeft)?;
         area.present()?;
     }
     Ok(svg)
@@ -69,7 +69,34 @@ pub fn linear(labels: &Labels, series: &[Series]) -> Result<String, Box<dyn Erro
             let line = LineSeries::new(one.points.iter().copied(), colour.stroke_width(2));
             chart.draw_series(line)?.label(&one.name).legend(key(colour));
         }
-        legend(&mut chart)?;
+        legend(&mut chart, SeriesLabelPosition::UpperLeft)?;
+        area.present()?;
+    }
+    Ok(svg)
+}
+
+/// x from zero, y logarithmic.
+pub fn log_y(labels: &Labels, series: &[Series]) -> Result<String, Box<dyn Error>> {
+    let (x, y) = (range(series, |p| p.0), range(series, |p| p.1));
+    let mut svg = String::new();
+    {
+        let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
+        area.fill(&WHITE)?;
+        let y = 0.7 * y.0..1.5 * y.1;
+        let mut chart = frame(&area, labels).build_cartesian_2d(0.0..1.05 * x.1, y.log_scale())?;
+        chart
+            .configure_mesh()
+            .x_desc(labels.x)
+            .y_desc(labels.y)
+            .x_label_formatter(&|x| format!("{x}"))
+            .y_label_formatter(&|y| format!("{y}"))
+            .draw()?;
+        for (index, one) in series.iter().enumerate() {
+            let colour = COLOURS[index % COLOURS.len()];
+            let line = LineSeries::new(one.points.iter().copied(), colour.stroke_width(2));
+            chart.draw_series(line)?.label(&one.name).legend(key(colour));
+        }
+        legend(&mut chart, SeriesLabelPosition::LowerRight)?;
         area.present()?;
     }
     Ok(svg)
@@ -93,6 +120,7 @@ fn key(colour: RGBColor) -> impl Fn((i32, i32)) -> PathElement<(i32, i32)> {
 
 fn legend<'a, C: CoordTranslate>(
     chart: &mut ChartContext<'a, SVGBackend<'a>, C>,
+    position: SeriesLabelPosition,
 ) -> Result<(), Box<dyn Error>>
 where
     SVGBackend<'a>: 'a,
@@ -101,7 +129,7 @@ where
         .configure_series_labels()
         .background_style(WHITE.mix(0.85))
         .border_style(BLACK.mix(0.3))
-        .position(SeriesLabelPosition::UpperLeft)
+        .position(position)
         .draw()?;
     Ok(())
 }
@@ -127,7 +155,7 @@ mod tests {
             points: points.to_vec(),
         };
         let series = [one("a line", &[(64.0, 3.0), (1e6, 400.0)]), one("a point", &[(64.0, 9.0)])];
-        for svg in [log_log(&LABELS, &series), linear(&LABELS, &series)] {
+        for svg in [log_log, linear, log_y].map(|draw| draw(&LABELS, &series)) {
             let svg = svg.unwrap();
             for words in ["<svg", "Title", "bytes", "us", "a line", "a point"] {
                 assert!(svg.contains(words), "{words}");

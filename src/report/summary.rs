@@ -3,13 +3,14 @@
 use serde::Serialize;
 
 use super::{ComputeTimes, Machine, Tally, TreeCosts};
+use crate::geometry::Point;
 use crate::geometry::simd::SimdLevel;
 use crate::mesh::TriangleMesh;
 use crate::scene::{Body, MatchRule, Scenarios, Scene, Slowdown, StartFrom};
 use crate::scheduler::client_manager::{EngineReport, WorkerReport};
 use crate::tree::cache::CacheOutcome;
 use crate::tree::roots::Cut;
-use crate::tree::{FORMAT_VERSION, TreeImage, TreeKind};
+use crate::tree::{Accuracy, FORMAT_VERSION, TreeImage, TreeKind};
 
 #[derive(Clone, Debug, Serialize)]
 pub struct Summary {
@@ -17,12 +18,14 @@ pub struct Summary {
     pub versions: Versions,
     /// Whether Ctrl-C ended the run before all scenarios were answered.
     pub interrupted: bool,
+    /// What is a pair: all counts below are of such.
+    pub accuracy: Accuracy,
     /// Answered scenarios.
     pub scenarios: u32,
     pub scenarios_asked: usize,
     /// Scenarios with at least one pair.
     pub colliding: u32,
-    /// Pairs of triangles that touch, over all scenarios.
+    /// Pairs of triangles that touch, over all scenarios; with `boxes(D)`, pairs of boxes.
     pub pairs: u64,
     /// Scenarios that have no answer, because every worker that was at them died.
     pub set_aside: Vec<u32>,
@@ -106,6 +109,8 @@ pub struct SceneSummary {
 #[derive(Clone, Debug, Serialize)]
 pub struct BodySummary {
     pub mesh: String,
+    #[serde(skip_serializing_if = "is_origin")]
+    pub offset_m: Point,
     /// Of [`Cut::Depth`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub depth: Option<u32>,
@@ -146,6 +151,7 @@ impl Summary {
             schema_version: Self::SCHEMA_VERSION,
             versions: Versions::this(),
             interrupted: engine.interrupted,
+            accuracy: scene.accuracy,
             scenarios: engine.completed,
             scenarios_asked,
             colliding: tally.colliding,
@@ -215,7 +221,7 @@ impl From<&Body> for BodySummary {
             Cut::Depth(depth) => (Some(depth), None),
             Cut::Triangles(most) => (None, Some(most)),
         };
-        Self { mesh: body.mesh.to_string(), depth, subtree_triangles }
+        Self { mesh: body.mesh.to_string(), offset_m: body.offset, depth, subtree_triangles }
     }
 }
 
@@ -232,6 +238,10 @@ impl From<&Scenarios> for ScenariosSummary {
             }
         }
     }
+}
+
+fn is_origin(offset: &Point) -> bool {
+    *offset == [0.0; 3]
 }
 
 fn rate(count: u32, seconds: f64) -> f64 {

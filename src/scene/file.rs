@@ -12,8 +12,9 @@ use super::{
     Body, Distribution, EngineOptions, MatchRule, Penetration, Scenarios, Scene, SceneError,
     Slowdown, StartFrom, Transport, WorkerCount,
 };
+use crate::geometry::Point;
 use crate::mesh::MeshSource;
-use crate::tree::TreeKind;
+use crate::tree::{Accuracy, NotAnAccuracy, TreeKind};
 
 /// The scene that runs when none is given; it documents every key.
 pub const DEFAULT_SCENE: &str = include_str!("../../config/default.toml");
@@ -30,6 +31,7 @@ struct AnyVersion {
 struct SceneFile {
     #[serde(rename = "version")]
     _version: i64,
+    accuracy: Option<Spanned<String>>,
     fixed: BodyFile,
     moving: BodyFile,
     #[serde(default)]
@@ -43,6 +45,7 @@ struct SceneFile {
 #[serde(deny_unknown_fields)]
 struct BodyFile {
     mesh: Spanned<String>,
+    offset_m: Option<Spanned<[f64; 3]>>,
     depth: Option<Spanned<i64>>,
     subtree_triangles: Option<Spanned<i64>>,
 }
@@ -115,6 +118,7 @@ impl Scene {
             fixed: source.body("fixed", &file.fixed, Distribution::FIXED)?,
             moving: source.body("moving", &file.moving, Distribution::MOVING)?,
             tree: file.tree.kind.unwrap_or_default(),
+            accuracy: source.accuracy(file.accuracy.as_ref())?,
             scenarios: source.scenarios(&file.scenarios)?,
             engine: source.engine(&file.engine)?,
         })
@@ -145,11 +149,18 @@ impl Source<'_> {
         Err(self.invalid(version.span().start, "version", reason))
     }
 
+    fn accuracy(&self, level: Option<&Spanned<String>>) -> Result<Accuracy, SceneError> {
+        let Some(level) = level else { return Ok(Accuracy::default()) };
+        level.get_ref().parse().map_err(|e: NotAnAccuracy| self.wrong(level, "accuracy", e))
+    }
+
     fn body(&self, key: &str, file: &BodyFile, default: Distribution) -> Result<Body, SceneError> {
         let mesh = file.mesh.get_ref().parse::<MeshSource>();
         let mesh = mesh.map_err(|e| self.wrong(&file.mesh, &format!("{key}.mesh"), e))?;
         let distribution = self.distribution(key, file)?.unwrap_or(default);
-        Ok(Body { mesh: self.resolve_mesh(mesh), distribution })
+        let offset_key = format!("{key}.offset_m");
+        let offset = self.checked(file.offset_m.as_ref(), &offset_key, [0.0; 3], offset)?;
+        Ok(Body { mesh: self.resolve_mesh(mesh), offset, distribution })
     }
 
     fn distribution(&self, key: &str, file: &BodyFile) -> Result<Option<Distribution>, SceneError> {
@@ -298,6 +309,14 @@ impl Source<'_> {
             key: key.to_owned(),
             reason: reason.to_string(),
         }
+    }
+}
+
+fn offset(metres: [f64; 3]) -> Result<Point, String> {
+    if metres.iter().all(|c| c.is_finite()) {
+        Ok(metres)
+    } else {
+        Err("is not three finite numbers of metres".to_owned())
     }
 }
 

@@ -19,8 +19,10 @@ pub use values::{
 use std::num::NonZeroU32;
 use std::path::PathBuf;
 
+use crate::geometry::Point;
 use crate::mesh::MeshSource;
-use crate::tree::TreeKind;
+use crate::tree::roots::Cut;
+use crate::tree::{Accuracy, TreeKind};
 
 /// Everything a run is determined by. Each value has been checked; what only loading can show (a
 /// missing mesh, a bad row of poses) has not.
@@ -29,14 +31,29 @@ pub struct Scene {
     pub fixed: Body,
     pub moving: Body,
     pub tree: TreeKind,
+    /// What is a pair.
+    pub accuracy: Accuracy,
     pub scenarios: Scenarios,
     pub engine: EngineOptions,
+}
+
+impl Scene {
+    /// Where the fixed and the moving tree are cut: for boxes at a depth there, so that the pairs of
+    /// distributed roots that meet are the answer.
+    pub fn cuts(&self) -> [Cut; 2] {
+        match self.accuracy {
+            Accuracy::BoxesAt(depth) => [depth.cut(); 2],
+            Accuracy::Pairs(_) => [&self.fixed, &self.moving].map(|body| body.distribution.cut()),
+        }
+    }
 }
 
 /// One of the two vehicles.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body {
     pub mesh: MeshSource,
+    /// What is added to every vertex, in metres.
+    pub offset: Point,
     pub distribution: Distribution,
 }
 

@@ -1,5 +1,6 @@
 //! Bounding-volume trees: built from a mesh, kept as relocatable bytes, descended in pairs.
 
+mod accuracy;
 mod build;
 pub mod cache;
 pub mod descent;
@@ -14,6 +15,7 @@ mod split;
 pub mod subtree;
 mod wide;
 
+pub use accuracy::{Accuracy, BoxDepth, NotAnAccuracy};
 pub use image::{Block, FORMAT_VERSION, Header, ImageError, LeafTriangle, TreeImage, TreeView};
 pub use kept::KeptTree;
 pub use sink::Counts;

@@ -28,6 +28,10 @@ pub trait Sink {
     fn triangles(&mut self, _tests: usize) {}
     #[inline(always)]
     fn exact(&mut self, _tests: usize) {}
+    /// Where it puts all pairs, if it keeps them.
+    fn kept(&mut self) -> Option<&mut Vec<Pair>> {
+        None
+    }
 }
 
 /// All pairs.
@@ -47,6 +51,10 @@ impl Sink for All<'_> {
     #[inline(always)]
     fn take_all(&mut self, pairs: impl Iterator<Item = Pair>) {
         self.0.extend(pairs);
+    }
+
+    fn kept(&mut self) -> Option<&mut Vec<Pair>> {
+        Some(self.0)
     }
 }
 
@@ -93,21 +101,58 @@ impl std::ops::AddAssign for Counts {
     }
 }
 
-/// All pairs, and counts.
-pub struct Counted<'a> {
-    pub pairs: &'a mut Vec<Pair>,
+/// All pairs, and counts; or both for any other sink, which gets them at the end: for code that is
+/// long, and so is compiled for this one alone.
+pub struct Gathered<'a> {
+    pairs: &'a mut Vec<Pair>,
     pub counts: Counts,
+    /// For a sink to which one pair is enough.
+    one_is_enough: bool,
 }
 
-impl Sink for Counted<'_> {
+impl<'a> Gathered<'a> {
+    pub fn all(pairs: &'a mut Vec<Pair>) -> Self {
+        Self { pairs, counts: Counts::default(), one_is_enough: false }
+    }
+}
+
+impl Gathered<'_> {
+    pub fn for_sink<K: Sink>(sink: &mut K, gather: impl FnOnce(&mut Gathered<'_>)) {
+        let one_is_enough = sink.hurry();
+        let mut own = Vec::new();
+        let pairs = sink.kept().unwrap_or(&mut own);
+        let mut gathered = Gathered { pairs, counts: Counts::default(), one_is_enough };
+        gather(&mut gathered);
+        let Counts { boxes, triangles, exact } = gathered.counts;
+        sink.boxes(boxes as usize);
+        sink.triangles(triangles as usize);
+        sink.exact(exact as usize);
+        for pair in own {
+            sink.take(pair);
+        }
+    }
+}
+
+impl Sink for Gathered<'_> {
     #[inline(always)]
     fn hurry(&self) -> bool {
-        false
+        self.one_is_enough
     }
 
     #[inline(always)]
     fn take(&mut self, pair: Pair) {
         self.pairs.push(pair);
+    }
+
+    #[inline(always)]
+    fn take_all(&mut self, pairs: impl Iterator<Item = Pair>) {
+        self.pairs.extend(pairs);
+    }
+
+    /// One that is enough keeps none of before.
+    #[inline(always)]
+    fn has_enough(&self) -> bool {
+        self.one_is_enough && !self.pairs.is_empty()
     }
 
     #[inline(always)]
@@ -123,6 +168,10 @@ impl Sink for Counted<'_> {
     #[inline(always)]
     fn exact(&mut self, tests: usize) {
         self.counts.exact += tests as u64;
+    }
+
+    fn kept(&mut self) -> Option<&mut Vec<Pair>> {
+        Some(self.pairs)
     }
 }
 

@@ -6,6 +6,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
+use super::accuracy::{decode, encode};
 use super::{
     VERSION, Wanted, WireError, ascending, flag, records, split_header, split_records, zero,
 };
@@ -36,6 +37,9 @@ pub struct JobHeader {
     send_pairs: u32,
     /// 1: answers carry what each scenario took.
     send_costs: u32,
+    /// What is a pair, see [`Accuracy`](crate::tree::Accuracy).
+    accuracy: u32,
+    reserved: u32,
 }
 
 /// One work unit.
@@ -48,7 +52,7 @@ pub struct ScenarioRecord {
     pub pose: Pose,
 }
 
-const _: () = assert!(size_of::<JobHeader>() == 40 && align_of::<JobHeader>() == 8);
+const _: () = assert!(size_of::<JobHeader>() == 48 && align_of::<JobHeader>() == 8);
 const _: () = assert!(size_of::<ScenarioRecord>() == 104 && align_of::<ScenarioRecord>() == 8);
 
 impl ScenarioRecord {
@@ -76,6 +80,7 @@ impl JobHeader {
             from_roots,
             send_pairs,
             send_costs,
+            accuracy: encode(wanted.accuracy),
             ..Self::of_kind(SCENARIOS)
         }
     }
@@ -192,6 +197,8 @@ impl<'a> Job<'a> {
 /// That the fields of a batch are zero, but for the first tree.
 fn only_tree(header: &JobHeader) -> Result<(), WireError> {
     let JobHeader { task, trees, scenarios, from_roots, send_pairs, send_costs, .. } = *header;
+    zero("accuracy", header.accuracy)?;
+    zero("reserved", header.reserved)?;
     if task != 0 {
         return Err(WireError::Field { field: "task", value: task });
     }
@@ -207,7 +214,9 @@ fn without_body(body: &[u8]) -> Result<(), WireError> {
 }
 
 fn parse_batch<'a>(header: &JobHeader, body: &'a [u8]) -> Result<Batch<'a>, WireError> {
+    zero("reserved", header.reserved)?;
     let wanted = Wanted {
+        accuracy: decode(header.accuracy)?,
         pairs: flag("send_pairs", header.send_pairs)?,
         costs: flag("send_costs", header.send_costs)?,
     };
@@ -241,8 +250,11 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::geometry::TriangleTest;
+    use crate::tree::Accuracy;
 
-    const WANTED: Wanted = Wanted { pairs: true, costs: false };
+    const WANTED: Wanted =
+        Wanted { accuracy: Accuracy::Pairs(TriangleTest::F64), pairs: true, costs: false };
 
     /// Bytes on a multiple of 8, as the transport delivers them.
     fn words(header: &JobHeader, records: &[ScenarioRecord], root_pairs: &[RootPair]) -> Vec<u64> {
@@ -272,7 +284,7 @@ mod tests {
 
     fn with_header(change: impl FnOnce(&mut JobHeader)) -> Result<(), WireError> {
         let mut words = batch(&[3, 4]);
-        change(bytemuck::from_bytes_mut(bytemuck::cast_slice_mut(&mut words[..5])));
+        change(bytemuck::from_bytes_mut(bytemuck::cast_slice_mut(&mut words[..6])));
         Job::parse(bytes(&words)).map(|_| ())
     }
 
@@ -344,6 +356,8 @@ mod tests {
         assert!(matches!(with_header(|h| h.send_pairs = 2), Err(WireError::Field { .. })));
         assert!(matches!(with_header(|h| h.send_costs = 2), Err(WireError::Field { .. })));
         assert!(matches!(with_header(|h| h.from_roots = 2), Err(WireError::Field { .. })));
+        assert!(matches!(with_header(|h| h.accuracy = 99), Err(WireError::Field { .. })));
+        assert!(matches!(with_header(|h| h.reserved = 1), Err(WireError::Field { .. })));
         for kind in [TERMINATE, ADD_TREE, ADD_SUBTREE, REMOVE_TREE] {
             assert!(matches!(with_header(|h| h.kind = kind), Err(WireError::Field { .. })));
         }
@@ -383,8 +397,8 @@ mod tests {
     proptest! {
         #[test]
         fn damaged_bytes_never_panic_and_never_yield_more_than_they_hold(
-            damage in prop::collection::vec((0_usize..47 * 8, any::<u8>()), 1..8),
-            length in 0_usize..=47 * 8,
+            damage in prop::collection::vec((0_usize..48 * 8, any::<u8>()), 1..8),
+            length in 0_usize..=48 * 8,
         ) {
             let mut words = rooted_batch();
             let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut words);

@@ -5,6 +5,7 @@
 //! follows from the header exactly, but for those that carry a body of another format. A buffer from
 //! another process is looked at only through [`Job::parse`] and [`Reply::parse`].
 
+mod accuracy;
 mod in_place;
 mod job;
 mod reply;
@@ -13,11 +14,15 @@ pub use in_place::InPlaceTree;
 pub use job::{Batch, Job, JobHeader, ScenarioRecord};
 pub use reply::{AnswerRecord, AnswerStatus, CostRecord, Reply, ReplyHeader, TreeRecord};
 
-const VERSION: u16 = 2;
+use crate::tree::Accuracy;
 
-/// What answers carry beside the number of pairs and their hash.
+const VERSION: u16 = 3;
+
+/// What is asked of each scenario, and what answers carry beside the number of pairs and their hash.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Wanted {
+    /// What is a pair.
+    pub accuracy: Accuracy,
     pub pairs: bool,
     /// A [`CostRecord`] a scenario.
     pub costs: bool,

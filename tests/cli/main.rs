@@ -1,7 +1,9 @@
 //! The program as its users meet it: real processes, real files.
 
+mod accuracy;
 mod bad_input;
 mod bench;
+mod check;
 mod clean;
 mod interrupt;
 mod results;

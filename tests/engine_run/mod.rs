@@ -136,7 +136,7 @@ pub fn options(workers: u32) -> Options {
             ..EngineOptions::default()
         },
         cuts: [Cut::Depth(5), Cut::Depth(4)],
-        wanted: Wanted { pairs: true, costs: false },
+        wanted: Wanted { pairs: true, ..Wanted::default() },
         program: env!("CARGO_BIN_EXE_bumper").into(),
     }
 }

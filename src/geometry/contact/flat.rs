@@ -6,7 +6,7 @@ use super::Face;
 use super::collect::Collector;
 use super::crossing::{Crossing, Divider, Place};
 use crate::geometry::coplanar::{PROJECTIONS, collinear, project};
-use crate::geometry::predicates::{Point2, Sides, StaticFilter, orient2d, orient3d};
+use crate::geometry::predicates::{Certain, Point2, Sides, StaticFilter, orient2d, orient3d};
 use crate::geometry::{Point, Triangle};
 
 /// Collects the corners of the common set, none if the triangles are apart. `sides`: of each
@@ -176,8 +176,10 @@ fn clearest_projection(a: &Triangle, b: &Triangle) -> [usize; 2] {
     };
     let mut projections = PROJECTIONS.map(|axes| (size(&axes), axes));
     projections.sort_by(|p, q| q.0.total_cmp(&p.0));
-    let is_clear =
-        |axes: &[usize; 2]| !collinear([project(a, *axes), project(b, *axes)].as_flattened());
+    let exact = Certain::new(&StaticFilter::OFF);
+    let is_clear = |axes: &[usize; 2]| {
+        !collinear([project(a, *axes), project(b, *axes)].as_flattened(), exact)
+    };
     let mut projections = projections.into_iter().map(|(_, axes)| axes);
     projections.find(is_clear).unwrap_or(PROJECTIONS[0])
 }

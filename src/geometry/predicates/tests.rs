@@ -81,7 +81,7 @@ proptest! {
         let points = points.each_ref();
         let [a, b, c, d] = points;
         let truth = integer::orient3d(points);
-        prop_assert_eq!(orient3d_exact(points), truth);
+        prop_assert_eq!(orient3d_exact(points, Untold), truth);
         prop_assert_eq!(orient3d(a, b, c, d, &tight_filter(points)), truth);
         prop_assert_eq!(orient3d(a, b, c, d, &StaticFilter::for_extent([50.0; 3])), truth);
         for axes in [[0, 1], [1, 2], [2, 0]] {
@@ -99,11 +99,53 @@ proptest! {
         let scale = |range: [i32; 2]| f64::powi(2.0, range[usize::from(large)]);
         let scaled = points.map(|p| p.map(|c| c * scale([-278, 329])));
         let points = scaled.each_ref();
-        prop_assert_eq!(orient3d_exact(points), integer::orient3d(points));
+        prop_assert_eq!(orient3d_exact(points, Untold), integer::orient3d(points));
         let flat = points.map(|p| [p[0], p[1]].map(|c| c * scale([-170, 150])));
         let [a, b, c, d] = flat.each_ref();
         for third in [c, d] {
             prop_assert_eq!(orient2d(a, b, third), integer::orient2d([a, b, third]));
+        }
+    }
+
+    #[test]
+    fn on_a_grid_nothing_is_rounded_and_beside_it_nothing_is_taken_for_it(
+        n in prop::array::uniform12(-60_000..=60_000_i32), offset in -1_000_000..=1_000_000_i32,
+        exponent in -230..=200_i32, moved in 0..12_usize, ulps in -1..=1_i64,
+    ) {
+        let number = |n: i32| f64::from(n + offset) * f64::powi(2.0, exponent);
+        let mut points: [Point; 4] = std::array::from_fn(|i| {
+            std::array::from_fn(|k| number(n[3 * i + k]))
+        });
+        let order = grid::orient3d(points.each_ref());
+        prop_assert_eq!(order, Some(integer::orient3d(points.each_ref())));
+        let [a, b, c, _] = points.map(|[x, y, _]| [x, y]);
+        let order = grid::orient2d([&a, &b, &c]);
+        prop_assert_eq!(order, Some(integer::orient2d([&a, &b, &c])));
+        let coordinate = &mut points[moved / 3][moved % 3];
+        prop_assume!(*coordinate != 0.0);
+        *coordinate = f64::from_bits(coordinate.to_bits().wrapping_add_signed(ulps));
+        let truth = integer::orient3d(points.each_ref());
+        prop_assert_eq!(orient3d_exact(points.each_ref(), Untold), truth);
+        let [a, b, c, _] = points.map(|[x, y, _]| [x, y]);
+        prop_assert_eq!(orient2d(&a, &b, &c), integer::orient2d([&a, &b, &c]));
+    }
+
+    #[test]
+    fn a_plane_across_an_axis_has_the_sides_of_any_other(
+        corners in prop::array::uniform3(prop::array::uniform3(-3..=3_i32)),
+        points in prop::array::uniform3(prop::array::uniform3(-3..=3_i32)),
+        axis in 0..3_usize, scale in prop::array::uniform3(-1074..=900_i32),
+    ) {
+        let power = |e: i32| f64::powi(2.0, e.max(-1000)) * f64::powi(2.0, (e + 1000).min(0));
+        let place = |p: [i32; 3]| [0, 1, 2].map(|k| f64::from(p[k]) * power(scale[k]));
+        let mut corners = corners.map(place);
+        (corners[1][axis], corners[2][axis]) = (corners[0][axis], corners[0][axis]);
+        let points = points.map(place);
+        let sides = Plane::through(&corners).sides(&points, &StaticFilter::OFF);
+        let [a, b, c] = &corners;
+        for (i, point) in points.iter().enumerate() {
+            let side = (sides.above >> i & 1).cmp(&(sides.below >> i & 1));
+            prop_assert_eq!(side, integer::orient3d([a, b, c, point]));
         }
     }
 

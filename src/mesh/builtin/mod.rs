@@ -1,10 +1,12 @@
-//! Vehicles that come with the program: a passenger car and a tracked armoured personnel carrier.
+//! Meshes that come with the program: a passenger car and a tracked armoured personnel carrier, and
+//! two bodies that are hard on floating point.
 //!
-//! Both are made as visual and CAD models are: many separate hollow parts that meet, overlap a
-//! little or leave gaps. Metres, ISO 8855 axes (x forward, y to the left, z up), the origin on the
+//! The vehicles are made as visual and CAD models are: many separate hollow parts that meet, overlap
+//! a little or leave gaps. Metres, ISO 8855 axes (x forward, y to the left, z up), the origin on the
 //! ground below the middle of the vehicle's length. The same bits on every machine.
 
 mod assembly;
+mod blocks;
 mod budget;
 mod car;
 mod curve;
@@ -12,6 +14,7 @@ mod loft;
 mod placement;
 mod revolution;
 mod sheet;
+mod slivers;
 mod tracked;
 mod turn;
 
@@ -25,13 +28,21 @@ pub enum Model {
     Car,
     /// A personnel carrier on tracks, 5 m long.
     Tracked,
+    /// A cube of blocks of 0.25 m, all faces, edges and corners in contact.
+    Blocks,
+    /// A box of strips down to less than a nanometre wide.
+    Slivers,
 }
 
 impl Model {
+    const ALL: [Self; 4] = [Self::Car, Self::Tracked, Self::Blocks, Self::Slivers];
+
     fn name(self) -> &'static str {
         match self {
             Self::Car => "car",
             Self::Tracked => "tracked",
+            Self::Blocks => "blocks",
+            Self::Slivers => "slivers",
         }
     }
 
@@ -39,11 +50,21 @@ impl Model {
         match self {
             Self::Car => 90_000,
             Self::Tracked => 300_000,
+            Self::Blocks => 12_000,
+            Self::Slivers => 4_000,
+        }
+    }
+
+    fn fewest_triangles(self) -> u32 {
+        match self {
+            Self::Car | Self::Tracked => Builtin::MIN_TRIANGLES,
+            Self::Blocks => blocks::TRIANGLES_OF_A_BLOCK,
+            Self::Slivers => slivers::FEWEST_TRIANGLES,
         }
     }
 }
 
-/// `car` or `tracked`, and a triangle budget: `car?triangles=20000`.
+/// `car`, `tracked`, `blocks` or `slivers`, and a triangle budget: `car?triangles=20000`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Builtin {
     model: Model,
@@ -56,10 +77,10 @@ impl Builtin {
     /// Beyond any use, and still far from the memory of a workstation.
     pub const MAX_TRIANGLES: u32 = 20_000_000;
 
-    /// The mesh will have at most `triangles` triangles, and few less.
+    /// The mesh will have at most `triangles` triangles, and a vehicle few less.
     pub fn new(model: Model, triangles: u32) -> Result<Self, MeshError> {
-        if !(Self::MIN_TRIANGLES..=Self::MAX_TRIANGLES).contains(&triangles) {
-            let (min, max) = (Self::MIN_TRIANGLES, Self::MAX_TRIANGLES);
+        let (min, max) = (model.fewest_triangles(), Self::MAX_TRIANGLES);
+        if !(min..=max).contains(&triangles) {
             return Err(MeshError::BuiltinBudget { triangles, min, max });
         }
         Ok(Self { model, triangles })
@@ -78,6 +99,8 @@ impl Builtin {
         match self.model {
             Model::Car => budget::within_budget(budget, car::car),
             Model::Tracked => budget::within_budget(budget, tracked::tracked),
+            Model::Blocks => blocks::blocks(self.triangles),
+            Model::Slivers => slivers::slivers(self.triangles),
         }
     }
 }
@@ -97,7 +120,7 @@ impl FromStr for Builtin {
             Some((name, option)) => (name, Some(option)),
             None => (text, None),
         };
-        let model = [Model::Car, Model::Tracked]
+        let model = Model::ALL
             .into_iter()
             .find(|model| model.name() == name)
             .ok_or_else(|| MeshError::UnknownBuiltin(name.to_owned()))?;

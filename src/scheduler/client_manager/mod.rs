@@ -71,10 +71,10 @@ pub enum EngineError {
     #[error("cannot watch worker {worker}: {source}")]
     WatchWorker { worker: WorkerId, source: io::Error },
     #[error(
-        "scenario {scenario}: triangle {triangle} of the moving mesh leaves the range of 64-bit \
-         numbers in this pose; all scenarios before it are answered"
+        "scenario {scenario}: corner {corner} of triangle {triangle} of the moving mesh leaves the \
+         range of 64-bit numbers in this pose; all scenarios before it are answered"
     )]
-    Overflow { scenario: u32, triangle: u32 },
+    Overflow { scenario: u32, triangle: u32, corner: u32 },
     #[error("worker {worker} sent a reply that cannot be right: {source}")]
     BadReply { worker: WorkerId, source: BadReply },
     #[error("no worker is left, {completed} scenarios are answered; the last to go, {last}")]

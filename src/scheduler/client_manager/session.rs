@@ -18,6 +18,7 @@ use crate::scheduler::matchmaker::Matchmaker;
 use crate::scheduler::memory;
 use crate::transport::{MasterEnd, Traffic};
 use crate::tree::TreeImage;
+use crate::tree::descent::DescentError;
 use crate::tree::roots::{PreAnalysis, RootPair};
 use crate::wire::{Job, JobHeader, ScenarioRecord};
 
@@ -192,7 +193,15 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
             if !self.assignment.can_assign() {
                 break;
             }
-            let analysis = self.analyse(scenario);
+            let analysis = match self.analyse(scenario) {
+                Ok(analysis) => analysis,
+                Err(DescentError::Overflow { triangle, corner }) => {
+                    self.assignment.stop_at(scenario);
+                    self.collection.overflow(scenario, triangle, corner);
+                    break;
+                }
+                Err(other) => unreachable!("both trees are whole and of one kind: {other}"),
+            };
             let begin = Instant::now();
             self.assignment.assign(scenario, analysis).expect("somebody takes it");
             self.matching += begin.elapsed();
@@ -203,10 +212,10 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
 
     /// What is known of a scenario that is descended from the top and has one client to go to
     /// changes nothing: then nothing is found out.
-    fn analyse(&mut self, scenario: u32) -> Analysis {
+    fn analyse(&mut self, scenario: u32) -> Result<Analysis, DescentError> {
         let from_roots = self.supply.start_from() == StartFrom::RootPairs;
         if !from_roots && !self.assignment.wants_scores() {
-            return Analysis::default();
+            return Ok(Analysis::default());
         }
         let begin = Instant::now();
         let pose = &self.work.poses[scenario as usize];
@@ -350,8 +359,8 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
     fn deliver(&mut self, sink: &mut dyn ResultSink) -> Result<(), EngineError> {
         while let Some((scenario, outcome)) = self.collection.pop() {
             match outcome {
-                Outcome::Overflow { triangle } => {
-                    return Err(EngineError::Overflow { scenario, triangle });
+                Outcome::Overflow { triangle, corner } => {
+                    return Err(EngineError::Overflow { scenario, triangle, corner });
                 }
                 Outcome::SetAside => {
                     sink.set_aside(scenario).map_err(EngineError::Sink)?;

@@ -2,6 +2,7 @@ use super::top::{Top, top_of};
 use super::{Cut, CutTree, DistributedRoot, RootPair};
 use crate::geometry::Pose;
 use crate::geometry::simd::SimdLevel;
+use crate::tree::descent::{DescentError, check_range};
 use crate::tree::node::ObbNode;
 use crate::tree::placement::{BoxNode, Placement};
 use crate::tree::wide::{self, Queues, WideNode};
@@ -61,13 +62,25 @@ impl<'a> PreAnalysis<'a> {
         self.moving.cut.roots()
     }
 
+    /// [`PreAnalysis::overlapping_roots`] as the answer to a scenario, which has none if a vertex of
+    /// it overflows.
+    pub fn boxes_that_meet(
+        &mut self,
+        pose: &Pose,
+        pairs: &mut Vec<RootPair>,
+    ) -> Result<u64, DescentError> {
+        let moving = self.moving.tree();
+        check_range(moving, pose, 0..moving.triangle_count())?;
+        Ok(self.overlapping_roots(pose, pairs))
+    }
+
     /// Replaces `pairs` by those whose boxes meet, each once. Every intersecting pair of triangles
-    /// lies below one of them.
-    pub fn overlapping_roots(&mut self, pose: &Pose, pairs: &mut Vec<RootPair>) {
+    /// lies below one of them. Returns how many pairs of boxes were tested.
+    pub fn overlapping_roots(&mut self, pose: &Pose, pairs: &mut Vec<RootPair>) -> u64 {
         pairs.clear();
         let Self { fixed, moving, queues } = self;
         let (tops, trees) = ([&fixed.top[..], &moving.top[..]], [fixed.tree(), moving.tree()]);
-        wide::meeting_leaves(queues, SimdLevel::chosen(), tops, trees, pose, pairs);
+        let mut tests = wide::meeting_leaves(queues, SimdLevel::chosen(), tops, trees, pose, pairs);
         if fixed.tree().kind() == TreeKind::Obb {
             let placement = Placement::new(fixed.tree(), moving.tree(), pose);
             let [a, b] =
@@ -75,7 +88,9 @@ impl<'a> PreAnalysis<'a> {
             let node = |(nodes, roots): (&'a [ObbNode], &[DistributedRoot]), number: u32| {
                 nodes[roots[number as usize].node as usize]
             };
+            tests += pairs.len() as u64;
             pairs.retain(|&[i, j]| !node(a, i).apart(&node(b, j), &placement));
         }
+        tests
     }
 }

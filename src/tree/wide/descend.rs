@@ -1,6 +1,7 @@
 //! Simultaneous descent of two wide trees: nodes that wait are opened in the order in which they
 //! came, so that there is time to fetch them; pairs of leaves are taken together.
 
+use super::decision::Decision;
 use super::leaf_pairs::{LeafRooms, LeafStage};
 use super::node::{Part, Slot, WIDTH, WideChild, WideNode};
 use super::place::{Place, Way};
@@ -32,18 +33,18 @@ pub struct Rooms {
     pub leaves: LeafRooms,
 }
 
-pub struct Descend<'a, K> {
+pub struct Descend<'a, K, D> {
     pub fixed: &'a [WideNode],
     pub moving: &'a [WideNode],
     pub place: &'a Place,
     /// What to start from.
     pub seeds: &'a [[Part; 2]],
     pub queues: &'a mut Queues,
-    pub stage: LeafStage<'a>,
+    pub stage: LeafStage<'a, D>,
     pub sink: &'a mut K,
 }
 
-impl<K: Sink> Kernel for Descend<'_, K> {
+impl<K: Sink, D: Decision> Kernel for Descend<'_, K, D> {
     type Output = ();
 
     #[inline(always)]
@@ -67,7 +68,7 @@ struct Postponed {
     moving: Vec<[u32; 2]>,
 }
 
-impl<K: Sink> Descend<'_, K> {
+impl<K: Sink, D: Decision> Descend<'_, K, D> {
     /// Some lanes of a fixed node against a box of the moving tree.
     #[inline(always)]
     fn seed<S: InstructionSet>(&mut self, set: S, part: Part, slot: Slot) {

@@ -3,7 +3,7 @@
 
 use super::leaf_pairs::Leaves;
 use super::node::{Below, Part, Slot, WIDTH, WideChild, WideNode};
-use super::outcome::Exact;
+use super::outcome::ByRank;
 use crate::tree::node::AabbNode;
 use crate::tree::node::Link;
 use crate::tree::placement::{BoxNode, Placement};
@@ -64,13 +64,13 @@ impl Boxes<'_> {
     }
 }
 
-/// To the triangles of leaves, which are tested exactly.
+/// To the triangles of leaves, which are tested one by one.
 pub struct ToTriangles<'a, K> {
     pub fixed: Leaves<'a>,
     pub moving: Leaves<'a>,
     /// How many each tree has.
     pub triangles: [u32; 2],
-    pub exact: Exact<'a>,
+    pub by_rank: ByRank<'a>,
     pub sink: &'a mut K,
 }
 
@@ -84,7 +84,7 @@ impl<K: Sink> Meet for ToTriangles<'_, K> {
             for (rank_b, id_b) in ranks(&self.moving, self.triangles[1], b) {
                 self.sink.triangles(1);
                 self.sink.exact(1);
-                if self.exact.intersect(rank_a, rank_b) {
+                if self.by_rank.intersect(rank_a, rank_b) {
                     self.sink.take([id_a, id_b]);
                 }
             }
@@ -94,11 +94,18 @@ impl<K: Sink> Meet for ToTriangles<'_, K> {
 }
 
 /// To pairs of leaves.
-impl Meet for Vec<[u32; 2]> {
-    fn boxes(&mut self, _tests: usize) {}
+pub struct LeafPairsOnly<'a> {
+    pub pairs: &'a mut Vec<[u32; 2]>,
+    pub tests: u64,
+}
+
+impl Meet for LeafPairsOnly<'_> {
+    fn boxes(&mut self, tests: usize) {
+        self.tests += tests as u64;
+    }
 
     fn leaves(&mut self, fixed: u32, moving: u32) -> bool {
-        self.push([fixed, moving]);
+        self.pairs.push([fixed, moving]);
         false
     }
 }

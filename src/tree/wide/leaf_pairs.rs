@@ -1,8 +1,9 @@
 //! From pairs of leaves to pairs of triangles: boxes, then triangles in 32 bits.
 
+use super::decision::Decision;
 use super::leaf_boxes::{self, Meeting};
 use super::node::{LeafBox, LeafRows};
-use super::outcome::{Exact, Outcome};
+use super::outcome::{ByRank, Outcome};
 use super::place::LeafPlace;
 use super::queue::Queue;
 use super::triangles::{Decided, Faced};
@@ -34,12 +35,14 @@ pub struct LeafRooms {
     outcome: Outcome,
 }
 
-pub struct LeafStage<'a> {
+pub struct LeafStage<'a, D> {
     pub rooms: &'a mut LeafRooms,
     pub place: &'a LeafPlace,
     pub fixed: Leaves<'a>,
     pub moving: Leaves<'a>,
-    pub exact: Exact<'a>,
+    pub by_rank: ByRank<'a>,
+    /// What the 32-bit tests are to decide.
+    pub decision: D,
 }
 
 /// Leaf pairs tested side by side, and which of them meet.
@@ -57,7 +60,7 @@ impl Default for Round {
     }
 }
 
-impl LeafStage<'_> {
+impl<D: Decision> LeafStage<'_, D> {
     pub fn clear(&mut self) {
         self.rooms.outcome.clear();
     }
@@ -96,7 +99,7 @@ impl LeafStage<'_> {
         vectors: usize,
         sink: &mut K,
     ) {
-        let Self { rooms, place, fixed, moving, exact } = self;
+        let Self { rooms, place, fixed, moving, by_rank, decision } = self;
         let pair = LeafPairs { place, fixed: *fixed, moving: *moving };
         let LeafRooms { rounds, faced, outcome } = &mut **rooms;
         rounds[0].meet = 0;
@@ -116,16 +119,16 @@ impl LeafStage<'_> {
                 let leaves = [now.fixed[at], now.moving[at]];
                 faced.face(set, pair.rows(leaves), &now.meeting, at);
                 sink.triangles(faced.count());
-                pair.triangles(set.most(), faced, leaves, outcome);
+                pair.triangles(set.most(), faced, leaves, *decision, outcome);
                 if sink.hurry() || !outcome.has_room() {
-                    outcome.settle(set, exact, sink);
+                    outcome.settle(set, by_rank, sink);
                 }
                 if sink.has_enough() {
                     return;
                 }
             }
         }
-        outcome.settle(set, exact, sink);
+        outcome.settle(set, by_rank, sink);
     }
 }
 
@@ -174,13 +177,20 @@ impl<'a> LeafPairs<'a> {
         }
     }
 
-    /// Decides what is certain of the leaves that face each other.
+    /// Decides what it can of the leaves that face each other.
     #[inline(always)]
-    fn triangles<L: Lanes>(&self, l: L, faced: &Faced, leaves: [u32; 2], outcome: &mut Outcome) {
+    fn triangles<L: Lanes>(
+        &self,
+        l: L,
+        faced: &Faced,
+        leaves: [u32; 2],
+        decision: impl Decision,
+        outcome: &mut Outcome,
+    ) {
         let [a, b] = self.rows(leaves);
         let mut from = 0;
         while from < faced.count() {
-            let Decided { lanes: [i, j], meet, open } = faced.decide(l, from);
+            let Decided { lanes: [i, j], meet, open } = faced.decide(l, from, decision);
             outcome.add_found(l, meet, [l.lookup_u(&a.ids, i), l.lookup_u(&b.ids, j)]);
             if open != 0 {
                 let [a, b] = self.first_ranks(leaves);

@@ -19,10 +19,11 @@ pub struct Meeting<'a> {
 const MOVING: u32 = 1 << 31;
 
 impl Kernel for Meeting<'_> {
-    type Output = ();
+    /// Pairs of boxes tested.
+    type Output = u64;
 
     #[inline(always)]
-    fn run<S: InstructionSet>(self, set: S) {
+    fn run<S: InstructionSet>(self, set: S) -> u64 {
         let l = set.eight();
         let Self { fixed, moving, place, queues, pairs } = self;
         let Queues { fixed: stack, leaves, .. } = queues;
@@ -31,6 +32,7 @@ impl Kernel for Meeting<'_> {
         for lane in 0..moving[0].lanes() {
             stack.push([0, lane as Slot]);
         }
+        let mut tests = 0;
         // What came last is opened first, so that what waits grows with the depth of the trees.
         while stack.waiting() > 0 {
             assert!(stack.has_room(2 * WIDTH), "no tree is as deep above its roots");
@@ -38,6 +40,7 @@ impl Kernel for Meeting<'_> {
                 flush(leaves, pairs);
             }
             let [node, slot] = stack.take(true);
+            tests += WIDTH as u64;
             if node & MOVING == 0 {
                 let opened = open(l, &place.into_fixed, fixed, moving, [node, slot]);
                 stack.extend(l, opened.again, opened.children_again(l), opened.slot);
@@ -53,6 +56,7 @@ impl Kernel for Meeting<'_> {
             }
         }
         flush(leaves, pairs);
+        tests
     }
 }
 

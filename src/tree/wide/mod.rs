@@ -5,7 +5,9 @@
 mod build;
 mod check;
 mod collapse;
+mod decision;
 mod descend;
+mod face_value;
 mod in_64_bits;
 mod leaf_boxes;
 mod leaf_fit;
@@ -28,15 +30,17 @@ use rayon::prelude::*;
 
 use super::TreeView;
 use super::placement::Placement;
-use super::sink::{Erased, Sink};
+use super::sink::{All, Any, Erased, Gathered, Sink};
 use crate::geometry::simd::{self, SimdLevel};
-use crate::geometry::{Pose, Triangle};
+use crate::geometry::triangle_test::PreparedTest;
+use crate::geometry::{Pose, Triangle, TriangleTest};
 use build::build_binary;
+use decision::{Certain, Chosen, Decision};
 use descend::Descend;
-use in_64_bits::{Boxes, ToTriangles};
-use leaf_pairs::{LeafStage, Leaves};
+use in_64_bits::{Boxes, LeafPairsOnly, ToTriangles};
+use leaf_pairs::{LeafRooms, LeafStage, Leaves};
 use meeting::Meeting;
-use outcome::Exact;
+use outcome::ByRank;
 use place::Place;
 
 /// What lies in an image of this kind.
@@ -84,50 +88,123 @@ pub fn collapsed(binary: &[BinaryNode]) -> Vec<WideNode> {
     collapse::collapse(binary)
 }
 
-/// Gives every intersecting pair to `sink`, or as many as it takes: of the whole trees, or below
-/// pairs of lanes of theirs, of which none is below another.
-pub fn descend<K: Sink>(
+/// A sink that a kernel of its own is compiled for.
+pub trait WideSink: Sink {
+    /// Of what it does where only what is certain is to be decided.
+    type Decision: Decision + Into<Chosen>;
+}
+
+impl WideSink for All<'_> {
+    type Decision = Certain;
+}
+
+impl WideSink for Any {
+    type Decision = Certain;
+}
+
+/// The kernel of the other levels of accuracy.
+impl WideSink for Gathered<'_> {
+    type Decision = Chosen;
+}
+
+/// A question about two wide trees.
+pub struct Query<'a, 'q> {
+    pub trees: [&'q TreeView<'a>; 2],
+    /// Pairs of lanes to start below, of which none is below another; absent: the whole trees.
+    pub seeds: Option<&'q [[Part; 2]]>,
+    pub pose: &'q Pose,
+    pub placement: &'q Placement,
+    pub test: TriangleTest,
+    pub prepared: PreparedTest<'q>,
+}
+
+/// Gives every pair that the test finds to `sink`, or as many as it takes.
+pub fn descend<K: WideSink>(
     rooms: &mut Rooms,
     level: SimdLevel,
-    [fixed, moving]: [&TreeView<'_>; 2],
-    seeds: Option<&[[Part; 2]]>,
-    pose: &Pose,
+    query: &Query<'_, '_>,
     sink: &mut K,
 ) {
-    let placement = Placement::new(fixed, moving, pose);
-    let exact = Exact::new(fixed, moving, pose, placement.static_filter());
-    let place = Place::new(fixed, moving, pose);
-    let triangles = [fixed.triangle_count(), moving.triangle_count()];
-    let (fixed_leaves, moving_leaves) = (Leaves::of(fixed), Leaves::of(moving));
-    let (fixed, moving) = (fixed.wide_nodes(), moving.wide_nodes());
-    let whole = [[whole(fixed), whole(moving)]];
-    let seeds = seeds.unwrap_or(&whole);
-    match place {
-        Some(place) => {
-            let Rooms { queues, leaves } = rooms;
-            let stage = LeafStage {
-                rooms: leaves,
-                place: &place.leaves,
-                fixed: fixed_leaves,
-                moving: moving_leaves,
-                exact,
-            };
-            let place = &place;
-            let descend = Descend { fixed, moving, place, seeds, queues, stage, sink };
-            if let Err(descend) = simd::run_vectors(level, descend) {
-                let Descend { fixed, moving, place, seeds, queues, stage, sink } = descend;
-                let sink = &mut Erased(sink);
-                simd::run_portable(Descend { fixed, moving, place, seeds, queues, stage, sink });
-            }
-        }
-        None => Boxes { fixed, moving, placement }.descend(
-            seeds,
-            &mut ToTriangles { fixed: fixed_leaves, moving: moving_leaves, triangles, exact, sink },
-        ),
+    let [fixed, moving] = query.trees;
+    let by_rank = ByRank::new(fixed, moving, query.pose, query.prepared);
+    let leaves = query.trees.map(Leaves::of);
+    let nodes = query.trees.map(|tree| tree.wide_nodes());
+    let whole = [nodes.map(whole)];
+    let seeds = query.seeds.unwrap_or(&whole);
+    let Some(place) = Place::new(fixed, moving, query.pose) else {
+        let [fixed_nodes, moving_nodes] = nodes;
+        let boxes =
+            Boxes { fixed: fixed_nodes, moving: moving_nodes, placement: query.placement.clone() };
+        let [fixed_leaves, moving_leaves] = leaves;
+        let triangles = query.trees.map(TreeView::triangle_count);
+        let to =
+            ToTriangles { fixed: fixed_leaves, moving: moving_leaves, triangles, by_rank, sink };
+        return boxes.descend(seeds, &mut { to });
+    };
+    let descent = Descent32 { level, nodes, leaves, place: &place, seeds, by_rank };
+    match Chosen::of(query.test) {
+        Chosen::Certain => descent.run(rooms, K::Decision::CERTAIN, sink),
+        // One kernel for all sinks.
+        other => Gathered::for_sink(sink, |gathered| descent.run(rooms, other, gathered)),
     }
 }
 
-/// Appends the pairs of leaves whose boxes meet. `tops` are in the frames of `trees`, and their
+/// All of a descent but what it keeps and whom it tells.
+struct Descent32<'a> {
+    level: SimdLevel,
+    nodes: [&'a [WideNode]; 2],
+    leaves: [Leaves<'a>; 2],
+    place: &'a Place,
+    seeds: &'a [[Part; 2]],
+    by_rank: ByRank<'a>,
+}
+
+impl Descent32<'_> {
+    fn run<K: Sink>(
+        &self,
+        rooms: &mut Rooms,
+        decision: impl Decision + Into<Chosen>,
+        sink: &mut K,
+    ) {
+        let erased = decision.into();
+        if let Err(kernel) = simd::run_vectors(self.level, self.kernel(rooms, decision, sink)) {
+            let Descend { queues, stage, sink, .. } = kernel;
+            let sink = &mut Erased(sink);
+            simd::run_portable(self.kernel_in(queues, stage.rooms, erased, sink));
+        }
+    }
+
+    fn kernel<'k, K, D>(
+        &'k self,
+        rooms: &'k mut Rooms,
+        decision: D,
+        sink: &'k mut K,
+    ) -> Descend<'k, K, D> {
+        self.kernel_in(&mut rooms.queues, &mut rooms.leaves, decision, sink)
+    }
+
+    fn kernel_in<'k, K, D>(
+        &'k self,
+        queues: &'k mut Queues,
+        rooms: &'k mut LeafRooms,
+        decision: D,
+        sink: &'k mut K,
+    ) -> Descend<'k, K, D> {
+        let &Self { nodes: [fixed, moving], leaves, place, seeds, by_rank, .. } = self;
+        let [fixed_leaves, moving_leaves] = leaves;
+        let stage = LeafStage {
+            rooms,
+            place: &place.leaves,
+            fixed: fixed_leaves,
+            moving: moving_leaves,
+            by_rank,
+            decision,
+        };
+        Descend { fixed, moving, place, seeds, queues, stage, sink }
+    }
+}
+
+/// Appends the pairs of leaves whose boxes meet; how many pairs of boxes were tested for that. `tops` are in the frames of `trees`, and their
 /// leaves stand for anything.
 pub fn meeting_leaves(
     queues: &mut Queues,
@@ -136,14 +213,14 @@ pub fn meeting_leaves(
     trees: [&TreeView<'_>; 2],
     pose: &Pose,
     pairs: &mut Vec<[u32; 2]>,
-) {
+) -> u64 {
     match Place::new(trees[0], trees[1], pose) {
-        Some(place) => {
-            simd::run(level, Meeting { fixed, moving, place: &place, queues, pairs });
-        }
+        Some(place) => simd::run(level, Meeting { fixed, moving, place: &place, queues, pairs }),
         None => {
             let placement = Placement::new(trees[0], trees[1], pose);
-            Boxes { fixed, moving, placement }.descend(&[[whole(fixed), whole(moving)]], pairs);
+            let mut to = LeafPairsOnly { pairs, tests: 0 };
+            Boxes { fixed, moving, placement }.descend(&[[whole(fixed), whole(moving)]], &mut to);
+            to.tests
         }
     }
 }

@@ -1,11 +1,11 @@
 //! What the 32-bit tests make of pairs of triangles: those that are certain are handed on, those
-//! that are left open are tested exactly. Both wait, so that no step of the 32-bit tests depends on
-//! how many there are, and what the exact tests read is there when they come.
+//! that are left open are tested one by one. Both wait, so that no step of the 32-bit tests depends
+//! on how many there are, and what the other tests read is there when they come.
 
 use super::node::WIDTH;
 use super::queue::Queue;
 use crate::geometry::simd::{InstructionSet, Lanes};
-use crate::geometry::triangle::{StaticFilter, triangles_intersect};
+use crate::geometry::triangle_test::PreparedTest;
 use crate::geometry::{Point, Pose, Triangle};
 use crate::tree::descent::Pair;
 use crate::tree::sink::Sink;
@@ -13,11 +13,11 @@ use crate::tree::{LeafTriangle, TreeView};
 
 /// Triangles by rank, in 64 bits as the contract has it.
 #[derive(Clone, Copy)]
-pub struct Exact<'a> {
+pub struct ByRank<'a> {
     fixed: Corners<'a>,
     moving: Corners<'a>,
     pose: &'a Pose,
-    filter: StaticFilter,
+    test: PreparedTest<'a>,
 }
 
 #[derive(Clone, Copy)]
@@ -46,18 +46,18 @@ impl Corners<'_> {
     }
 }
 
-impl<'a> Exact<'a> {
+impl<'a> ByRank<'a> {
     pub fn new(
         fixed: &TreeView<'a>,
         moving: &TreeView<'a>,
         pose: &'a Pose,
-        filter: StaticFilter,
+        test: PreparedTest<'a>,
     ) -> Self {
         let corners = |tree: &TreeView<'a>| Corners {
             triangles: tree.triangles(),
             vertices: tree.vertices(),
         };
-        Self { fixed: corners(fixed), moving: corners(moving), pose, filter }
+        Self { fixed: corners(fixed), moving: corners(moving), pose, test }
     }
 
     /// By ranks. Never inlined: here nothing may be fused or reordered.
@@ -65,7 +65,7 @@ impl<'a> Exact<'a> {
     pub fn intersect(&self, fixed: u32, moving: u32) -> bool {
         let [a, b, c] = self.moving.of(moving);
         let placed = [self.pose.apply(a), self.pose.apply(b), self.pose.apply(c)];
-        triangles_intersect(&self.fixed.of(fixed), &placed, &self.filter)
+        self.test.intersect(&self.fixed.of(fixed), &placed)
     }
 
     fn numbers_in_files(&self, fixed: u32, moving: u32) -> Pair {
@@ -109,29 +109,34 @@ impl Outcome {
 
     /// Gives to `sink` all that was found, or as much as it takes.
     #[inline(always)]
-    pub fn settle<S: InstructionSet, K: Sink>(&mut self, set: S, exact: &Exact<'_>, sink: &mut K) {
+    pub fn settle<S: InstructionSet, K: Sink>(
+        &mut self,
+        set: S,
+        triangles: &ByRank<'_>,
+        sink: &mut K,
+    ) {
         sink.take_all(self.found.entries());
         self.found.clear();
         if !sink.has_enough() {
             sink.exact(self.open.waiting());
-            self.test_open(set, exact, sink);
+            self.test_open(set, triangles, sink);
         }
         self.open.clear();
     }
 
     #[inline(always)]
-    fn test_open<S: InstructionSet, K: Sink>(&self, set: S, exact: &Exact<'_>, sink: &mut K) {
+    fn test_open<S: InstructionSet, K: Sink>(&self, set: S, triangles: &ByRank<'_>, sink: &mut K) {
         for [fixed, moving] in self.open.entries() {
-            exact.fixed.prefetch_numbers(set, fixed);
-            exact.moving.prefetch_numbers(set, moving);
+            triangles.fixed.prefetch_numbers(set, fixed);
+            triangles.moving.prefetch_numbers(set, moving);
         }
         for [fixed, moving] in self.open.entries() {
-            exact.fixed.prefetch_corners(set, fixed);
-            exact.moving.prefetch_corners(set, moving);
+            triangles.fixed.prefetch_corners(set, fixed);
+            triangles.moving.prefetch_corners(set, moving);
         }
         for [fixed, moving] in self.open.entries() {
-            if exact.intersect(fixed, moving) {
-                sink.take(exact.numbers_in_files(fixed, moving));
+            if triangles.intersect(fixed, moving) {
+                sink.take(triangles.numbers_in_files(fixed, moving));
                 if sink.has_enough() {
                     return;
                 }

@@ -6,6 +6,7 @@
 //! 2^-24, `a` and `b` the sums of half extents of both leaves). Edges are taken in each leaf's own
 //! frame, so that their errors do not grow with the distance of the leaves.
 
+use super::decision::Decision;
 use super::leaf_boxes::Meeting;
 use super::node::{LeafRows, WIDTH};
 use crate::geometry::simd::{InstructionSet, Lanes, Row, three};
@@ -152,19 +153,31 @@ impl Faced {
 
     /// The pairs from `at` on, as many as there are lanes.
     #[inline(always)]
-    pub fn decide<L: Lanes>(&self, l: L, at: usize) -> Decided<L> {
+    pub fn decide<L: Lanes>(&self, l: L, at: usize, decision: impl Decision) -> Decided<L> {
         debug_assert!(at < self.count);
         // SAFETY: as in `find_pairs`.
         let codes = unsafe { self.codes.get_unchecked(at..at + L::COUNT) };
-        let [ia, ib] = l.pairs(l.load_u(codes));
-        let a = three!(v => three!(k => l.lookup(&self.fixed[v][k], ia)));
-        let b = three!(v => three!(k => l.lookup(&self.moving[v][k], ib)));
+        let lanes = l.pairs(l.load_u(codes));
+        let left = (self.count - at).min(L::COUNT);
+        let valid = ((1_u64 << left) - 1) as u32;
+        let [meet, open] = decision.decide(l, self, lanes, valid);
+        Decided { lanes, meet, open }
+    }
+
+    /// Of a fixed and a moving triangle each: the first corner and the edges from it.
+    #[inline(always)]
+    pub fn sides<L: Lanes>(&self, l: L, [ia, ib]: [L::U; 2]) -> [[Vector<L>; 3]; 2] {
+        [
+            three!(v => three!(k => l.lookup(&self.fixed[v][k], ia))),
+            three!(v => three!(k => l.lookup(&self.moving[v][k], ib))),
+        ]
+    }
+
+    #[inline(always)]
+    pub fn bounds<L: Lanes>(&self, l: L, [ia, ib]: [L::U; 2]) -> Bounds<L> {
         let ea = l.lookup(&self.fixed_extent, ia);
         let eb = l.lookup(&self.moving_extent, ib);
-        let left = (self.count - at).min(L::COUNT);
-        let bounds = Bounds::new(l, &self.error, ea, eb);
-        let [meet, open] = decide(l, &a, &b, &bounds, ((1_u64 << left) - 1) as u32);
-        Decided { lanes: [ia, ib], meet, open }
+        Bounds::new(l, &self.error, ea, eb)
     }
 }
 
@@ -204,11 +217,11 @@ fn extents<L: Lanes>(l: L, sides: &[Vector<L>; 3], grow: L::F) -> Extents {
     out
 }
 
-type Vector<L> = [<L as Lanes>::F; 3];
+pub type Vector<L> = [<L as Lanes>::F; 3];
 
 /// Error bounds of a vector of pairs; `A` and `B` bound the edges of the fixed and the moving
 /// triangle, as computed and as they are, `W = A + B` the difference of any two corners.
-struct Bounds<L: Lanes> {
+pub struct Bounds<L: Lanes> {
     a: L::F,
     b: L::F,
     w: L::F,
@@ -293,7 +306,7 @@ impl<L: Lanes> Bounds<L> {
 ///
 /// Bits of the pairs that meet, and of those that are not certain.
 #[inline(always)]
-fn decide<L: Lanes>(
+pub fn decide<L: Lanes>(
     l: L,
     a: &[Vector<L>; 3],
     b: &[Vector<L>; 3],
@@ -321,8 +334,9 @@ fn decide<L: Lanes>(
         return [0, open];
     }
 
-    let a = Lead::of(l, a, &sides_a);
-    let b = Lead::of(l, b, &sides_b);
+    let nothing = l.splat(0.0);
+    let a = Lead::of(l, a, three!(k => l.le(sides_a[k], nothing)));
+    let b = Lead::of(l, b, three!(k => l.le(sides_b[k], nothing)));
     let between = sub(l, &three!(k => l.add(between[k], b.corner[k])), &a.corner);
     let [q1, r1] = a.edges_in_order(l, b.below);
     let [q2, r2] = b.edges_in_order(l, a.below);
@@ -341,7 +355,7 @@ fn decide<L: Lanes>(
 }
 
 #[inline(always)]
-fn negated<L: Lanes>(l: L, x: L::F) -> L::F {
+pub fn negated<L: Lanes>(l: L, x: L::F) -> L::F {
     l.sub(l.splat(0.0), x)
 }
 
@@ -356,20 +370,20 @@ fn sides<L: Lanes>(l: L, d: &[L::F; 3], limit: L::F) -> (L::M, L::M) {
 }
 
 /// A triangle from the corner that the other's plane separates from the other two.
-struct Lead<L: Lanes> {
+pub struct Lead<L: Lanes> {
     /// From the first corner to this one.
-    corner: Vector<L>,
+    pub corner: Vector<L>,
     /// To the next corner and to the one after that.
     edges: [Vector<L>; 2],
     /// Whether it is below that plane.
-    below: L::M,
+    pub below: L::M,
 }
 
 impl<L: Lanes> Lead<L> {
+    /// `below`: which corners are, not all of them and not none.
     #[inline(always)]
-    fn of(l: L, triangle: &[Vector<L>; 3], sides: &[L::F; 3]) -> Self {
+    pub fn of(l: L, triangle: &[Vector<L>; 3], below: [L::M; 3]) -> Self {
         let nothing = l.splat(0.0);
-        let below = three!(k => l.le(sides[k], nothing));
         let not_first = l.xor(below[1], below[2]);
         let third = l.and(not_first, l.xor(below[0], below[2]));
         let [_, to_second, to_third] = triangle;
@@ -394,7 +408,7 @@ impl<L: Lanes> Lead<L> {
 
     /// The edges in their order or against it.
     #[inline(always)]
-    fn edges_in_order(&self, l: L, reversed: L::M) -> [Vector<L>; 2] {
+    pub fn edges_in_order(&self, l: L, reversed: L::M) -> [Vector<L>; 2] {
         let [next, last] = &self.edges;
         [pick(l, reversed, last, next), pick(l, reversed, next, last)]
     }
@@ -406,12 +420,12 @@ fn pick<L: Lanes>(l: L, m: L::M, yes: &Vector<L>, no: &Vector<L>) -> Vector<L> {
 }
 
 #[inline(always)]
-fn sub<L: Lanes>(l: L, a: &Vector<L>, b: &Vector<L>) -> Vector<L> {
+pub fn sub<L: Lanes>(l: L, a: &Vector<L>, b: &Vector<L>) -> Vector<L> {
     three!(k => l.sub(a[k], b[k]))
 }
 
 #[inline(always)]
-fn cross<L: Lanes>(l: L, a: &Vector<L>, b: &Vector<L>) -> Vector<L> {
+pub fn cross<L: Lanes>(l: L, a: &Vector<L>, b: &Vector<L>) -> Vector<L> {
     three!(i => {
         let (j, k) = ((i + 1) % 3, (i + 2) % 3);
         l.mul_sub(a[j], b[k], l.mul(a[k], b[j]))
@@ -419,11 +433,11 @@ fn cross<L: Lanes>(l: L, a: &Vector<L>, b: &Vector<L>) -> Vector<L> {
 }
 
 #[inline(always)]
-fn dot<L: Lanes>(l: L, a: &Vector<L>, b: &Vector<L>) -> L::F {
+pub fn dot<L: Lanes>(l: L, a: &Vector<L>, b: &Vector<L>) -> L::F {
     l.mul_add(a[2], b[2], l.mul_add(a[1], b[1], l.mul(a[0], b[0])))
 }
 
 #[inline(always)]
-fn dot_add<L: Lanes>(l: L, a: &Vector<L>, b: &Vector<L>, start: L::F) -> L::F {
+pub fn dot_add<L: Lanes>(l: L, a: &Vector<L>, b: &Vector<L>, start: L::F) -> L::F {
     l.mul_add(a[2], b[2], l.mul_add(a[1], b[1], l.mul_add(a[0], b[0], start)))
 }

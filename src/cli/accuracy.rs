@@ -1,0 +1,234 @@
+//! `bumper accuracy`: every level of accuracy on the same scenarios.
+
+use std::path::Path;
+
+use anyhow::{Context, anyhow};
+use serde::Serialize;
+
+use super::args::AccuracyArgs;
+use super::failure::Failure;
+use super::prepare::{self, Poses};
+use super::request::scene_of;
+use super::{interrupt, terminal};
+use crate::experiment::accuracy::{self, AccuracyRow, Load, Measured};
+use crate::geometry::TriangleTest;
+use crate::geometry::simd::SimdLevel;
+use crate::report::accuracy_plot::{self, Mark};
+use crate::report::plot::{self, Labels, Series};
+use crate::report::{Machine, SceneSummary, Versions};
+use crate::scene::Scene;
+use crate::tree::{Accuracy, BuildOptions};
+
+pub(super) fn run(args: AccuracyArgs) -> Result<(), Failure> {
+    let interrupt = interrupt::on_ctrl_c().context("cannot listen to Ctrl-C")?;
+    let scene = scene_of(&args.scene)?;
+    if let Some(level) = args.scene.accuracy {
+        return Err(Failure::usage(anyhow!(
+            "--accuracy {level}: this compares several: give them as --levels {level},..."
+        )));
+    }
+    let poses = Poses::of(&scene.scenarios)?;
+    if let Some(out) = &args.out {
+        let unusable = || format!("{}: cannot be written to", out.display());
+        std::fs::create_dir_all(out).with_context(unusable)?;
+    }
+    let meshes = prepare::load(&scene)?;
+    interrupt::check(&interrupt)?;
+    let trees = prepare::build(&meshes, BuildOptions { kind: scene.tree }, None);
+    let poses = poses.place(&meshes, &trees, &interrupt)?;
+    interrupt::check(&interrupt)?;
+    let levels = if args.levels.is_empty() { accuracy::all_levels() } else { args.levels };
+    let load = Load {
+        fixed: trees.fixed().image.view(),
+        moving: trees.moving().image.view(),
+        poses: &poses,
+        levels: &levels,
+        simd: SimdLevel::chosen(),
+    };
+    let bar = terminal::scenario_bar("comparing", poses.len());
+    let measured = accuracy::measure(&load, &|| bar.inc(1), &interrupt);
+    bar.finish_and_clear();
+    let measured = measured?;
+    if measured.scenarios == 0 && !poses.is_empty() {
+        return Err(interrupt::before_results());
+    }
+    let report = Report::new(&scene, &measured, poses.len());
+    if let Some(out) = &args.out {
+        write(out, &report)?;
+    }
+    let text = if args.json { report.to_json() } else { table(&report) };
+    terminal::print(&text).context("cannot print the figures")?;
+    if report.interrupted {
+        let (done, asked) = (report.scenarios, poses.len());
+        return Err(Failure::Interrupted(format!("{done} of {asked} scenarios were compared")));
+    }
+    Ok(())
+}
+
+/// `accuracy.json`.
+#[derive(Serialize)]
+struct Report<'a> {
+    schema_version: u32,
+    versions: Versions,
+    interrupted: bool,
+    scenarios: usize,
+    scenarios_asked: usize,
+    colliding: u32,
+    /// Exact pairs, over all scenarios.
+    pairs: u64,
+    simd: SimdLevel,
+    levels: &'a [AccuracyRow],
+    scene: SceneSummary,
+    machine: Machine,
+}
+
+impl<'a> Report<'a> {
+    const SCHEMA_VERSION: u32 = 1;
+
+    fn new(scene: &Scene, measured: &'a Measured, asked: usize) -> Self {
+        Self {
+            schema_version: Self::SCHEMA_VERSION,
+            versions: Versions::this(),
+            interrupted: measured.scenarios < asked,
+            scenarios: measured.scenarios,
+            scenarios_asked: asked,
+            colliding: measured.colliding,
+            pairs: measured.pairs,
+            simd: SimdLevel::chosen(),
+            levels: &measured.rows,
+            scene: scene.into(),
+            machine: Machine::this(),
+        }
+    }
+
+    fn to_json(&self) -> String {
+        serde_json::to_string_pretty(self).expect("string keys and plain values") + "\n"
+    }
+
+    fn title(&self) -> String {
+        let (fixed, moving) = (&self.scene.fixed.mesh, &self.scene.moving.mesh);
+        let name = |mesh: &str| {
+            Path::new(mesh).file_stem().map_or(mesh.to_owned(), |n| n.display().to_string())
+        };
+        format!(
+            "{} against {}: {} scenarios, {} trees, {}",
+            name(fixed),
+            name(moving),
+            self.scenarios,
+            self.scene.tree,
+            self.simd
+        )
+    }
+}
+
+fn write(out: &Path, report: &Report<'_>) -> anyhow::Result<()> {
+    let drawn = |svg: Result<String, Box<dyn std::error::Error>>| {
+        svg.map_err(|error| anyhow!("cannot draw the figure: {error}"))
+    };
+    let files = [
+        ("accuracy.json", report.to_json()),
+        (
+            "accuracy.svg",
+            drawn(accuracy_plot::error_against_time(&report.title(), &marks(report)))?,
+        ),
+        ("depth.svg", drawn(plot::log_y(&DEPTH_LABELS, &by_depth(report)))?),
+    ];
+    for (name, content) in files {
+        let path = out.join(name);
+        std::fs::write(&path, content)
+            .with_context(|| format!("cannot write {}", path.display()))?;
+    }
+    Ok(())
+}
+
+fn marks(report: &Report<'_>) -> Vec<Mark> {
+    let group = |level| match level {
+        Accuracy::BoxesAt(_) => 4,
+        Accuracy::Pairs(TriangleTest::Boxes) => 0,
+        Accuracy::Pairs(TriangleTest::F32) => 1,
+        Accuracy::Pairs(TriangleTest::F64) => 3,
+        Accuracy::Pairs(TriangleTest::Exact) => 2,
+    };
+    let mark = |row: &AccuracyRow| Mark {
+        name: row.level.to_string(),
+        time_us: row.time_us.mean,
+        error: row.wrong_pairs,
+        group: group(row.level),
+    };
+    report.levels.iter().map(mark).collect()
+}
+
+const DEPTH_LABELS: Labels = Labels {
+    title: "What stopping at a depth of both trees saves",
+    x: "depth",
+    y: "processor time of a scenario, mean (us)",
+};
+
+/// The sweep of depths, and what looks at triangles, which has no depth, as lines across.
+fn by_depth(report: &Report<'_>) -> Vec<Series> {
+    let mut sweep = Vec::new();
+    for row in report.levels {
+        if let Accuracy::BoxesAt(depth) = row.level {
+            sweep.push((f64::from(depth.get()), row.time_us.mean));
+        }
+    }
+    sweep.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let deepest = sweep.last().map_or(1.0, |last| last.0);
+    let mut series = vec![Series { name: "boxes(depth)".to_owned(), points: sweep }];
+    for row in report.levels {
+        if let Accuracy::Pairs(_) = row.level {
+            let points = vec![(0.0, row.time_us.mean), (deepest, row.time_us.mean)];
+            series.push(Series { name: row.level.to_string(), points });
+        }
+    }
+    series
+}
+
+fn table(report: &Report<'_>) -> String {
+    let mut text =
+        format!("{}; {} colliding, {} pairs\n\n", report.title(), report.colliding, report.pairs);
+    text += &format!(
+        "{:10} {:>9} {:>9} {:>9} {:>8} {:>7} {:>7} {:>9} {:>14} {:>9} {:>9} {:>7}\n",
+        "",
+        "mean us",
+        "median us",
+        "p99 us",
+        "/ exact",
+        "false",
+        "false",
+        "pairs",
+        "pairs",
+        "N_b",
+        "N_p",
+        "left",
+    );
+    text += &format!(
+        "{:10} {:>9} {:>9} {:>9} {:>8} {:>7} {:>7} {:>9} {:>14} {:>9} {:>9} {:>7}\n",
+        "level", "", "", "", "", "hits", "misses", "missing", "extra", "", "", "open",
+    );
+    for row in report.levels {
+        text += &format!(
+            "{:10} {:>9.2} {:>9.2} {:>9.2} {:>8.3} {:>7} {:>7} {:>9} {:>14} {:>9.0} {:>9.0} {:>7}\n",
+            row.level.to_string(),
+            row.time_us.mean,
+            row.time_us.median,
+            row.time_us.p99,
+            row.over_exact,
+            row.false_hits,
+            row.false_misses,
+            row.missing,
+            row.extra,
+            row.box_tests,
+            row.triangle_tests,
+            row.left_open.map_or("-".to_owned(), |tests| format!("{tests:.1}")),
+        );
+    }
+    if let Some(signs) = report.levels.iter().find_map(|row| row.signs) {
+        text += &format!(
+            "\nsigns of the exact test in the mean scenario, by the stage that decided them:\n\
+             {:.1} filter, {:.1} structure, {:.1} grid, {:.1} expansions, {:.1} integers\n",
+            signs.filter, signs.structure, signs.grid, signs.expansions, signs.integers,
+        );
+    }
+    text
+}
