@@ -48,7 +48,7 @@ fn comments_blank_lines_and_any_line_ends_are_read_over() {
             panic!("these are pairs");
         };
         assert_eq!(cases.len(), 2);
-        assert!(cases[0].intersect && !cases[1].intersect && cases[0].family == "my_family");
+        assert!(cases[0].intersect() && !cases[1].intersect() && cases[0].family == "my_family");
         assert_eq!(text.lines().nth(cases[1].line - 1).unwrap().trim(), miss);
     }
 }
