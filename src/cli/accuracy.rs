@@ -188,27 +188,44 @@ fn table(report: &Report<'_>) -> String {
     let mut text =
         format!("{}; {} colliding, {} pairs\n\n", report.title(), report.colliding, report.pairs);
     text += &format!(
-        "{:10} {:>9} {:>9} {:>9} {:>8} {:>7} {:>7} {:>9} {:>14} {:>9} {:>9} {:>7}\n",
+        "{:10} {:>9} {:>9} {:>9} {:>8} {:>6} {:>6} {:>8} {:>13} {:>9} {:>9} {:>8} {:>8} {:>8}\n",
         "",
-        "mean us",
-        "median us",
-        "p99 us",
-        "/ exact",
+        "mean",
+        "median",
+        "p99",
+        "over",
         "false",
         "false",
         "pairs",
         "pairs",
+        "contact",
+        "points m",
         "N_b",
         "N_p",
         "left",
     );
     text += &format!(
-        "{:10} {:>9} {:>9} {:>9} {:>8} {:>7} {:>7} {:>9} {:>14} {:>9} {:>9} {:>7}\n",
-        "level", "", "", "", "", "hits", "misses", "missing", "extra", "", "", "open",
+        "{:10} {:>9} {:>9} {:>9} {:>8} {:>6} {:>6} {:>8} {:>13} {:>9} {:>9} {:>8} {:>8} {:>8}\n",
+        "level",
+        "us",
+        "us",
+        "us",
+        "exact",
+        "hits",
+        "misses",
+        "missing",
+        "extra",
+        "median",
+        "worst",
+        "",
+        "",
+        "open",
     );
     for row in report.levels {
+        let metres = |error: Option<f64>| error.map_or("-".to_owned(), |m| format!("{m:.1e}"));
         text += &format!(
-            "{:10} {:>9.2} {:>9.2} {:>9.2} {:>8.3} {:>7} {:>7} {:>9} {:>14} {:>9.0} {:>9.0} {:>7}\n",
+            "{:10} {:>9.2} {:>9.2} {:>9.2} {:>8.3} {:>6} {:>6} {:>8} {:>13} {:>9} {:>9} {:>8.0} \
+             {:>8.0} {:>8}\n",
             row.level.to_string(),
             row.time_us.mean,
             row.time_us.median,
@@ -218,6 +235,8 @@ fn table(report: &Report<'_>) -> String {
             row.false_misses,
             row.missing,
             row.extra,
+            metres(row.contact_error_m.map(|error| error.median)),
+            metres(row.contact_error_m.map(|error| error.worst)),
             row.box_tests,
             row.triangle_tests,
             row.left_open.map_or("-".to_owned(), |tests| format!("{tests:.1}")),

@@ -2,5 +2,6 @@
 //! an engine gets done.
 
 pub mod accuracy;
+mod contact_error;
 pub mod latency;
 pub mod throughput;

@@ -40,6 +40,9 @@ fn every_level_is_held_against_exact() {
     assert_eq!((&exact["wrong_pairs"], &exact["over_exact"]), (&0.0.into(), &1.0.into()));
     assert!(exact["signs"]["filter"].as_f64().unwrap() > 0.0);
     assert!(row(&report, "boxes")["extra"].as_u64() < row(&report, "boxes(4)")["extra"].as_u64());
+    let worst = |level| row(&report, level)["contact_error_m"]["worst"].as_f64().unwrap();
+    assert!(worst("exact") <= 1e-9 && worst("f64") < 1e-6, "metres");
+    assert!(worst("f64") < worst("f32") && worst("f32") < 1.0, "metres");
     for (figure, words) in [("accuracy.svg", "no error"), ("depth.svg", "boxes(depth)")] {
         let svg = fs::read_to_string(Path::new(&out).join(figure)).unwrap();
         assert!(svg.contains("<svg") && svg.contains(words), "{figure}");
@@ -52,6 +55,18 @@ fn every_level_is_held_against_exact() {
         "{table}"
     );
     assert_eq!(json(&Path::new(&out).join("accuracy.json"))["levels"].as_array().unwrap().len(), 3);
+}
+
+#[test]
+fn the_command_of_the_readme_draws_its_figure() {
+    let command = "bumper accuracy config/accuracy/nearly.toml --out results";
+    assert!(include_str!("../../README.md").contains(&format!("\n{command}\n")));
+    let place = Place::new();
+    let words: Vec<&str> = command.split_whitespace().skip(1).collect();
+    let mut command =
+        place.bumper(&[&words[..3], &[&place.text("results"), "--count", "2"]].concat());
+    succeeded(&command.current_dir(env!("CARGO_MANIFEST_DIR")).output().unwrap());
+    assert!(place.path("results").join("accuracy.svg").exists());
 }
 
 #[test]

@@ -176,9 +176,9 @@ fn clearest_projection(a: &Triangle, b: &Triangle) -> [usize; 2] {
     };
     let mut projections = PROJECTIONS.map(|axes| (size(&axes), axes));
     projections.sort_by(|p, q| q.0.total_cmp(&p.0));
-    let exact = Certain::new(&StaticFilter::OFF);
     let is_clear = |axes: &[usize; 2]| {
-        !collinear([project(a, *axes), project(b, *axes)].as_flattened(), exact)
+        let points = [project(a, *axes), project(b, *axes)];
+        !collinear(points.as_flattened(), Certain::new(&StaticFilter::OFF))
     };
     let mut projections = projections.into_iter().map(|(_, axes)| axes);
     projections.find(is_clear).unwrap_or(PROJECTIONS[0])
