@@ -88,9 +88,9 @@ impl Calculator<'_> {
             let query = Query { scenario, trees, pose, roots, wanted };
             self.bookmark.put(scenario);
             let (answer, cost) = self.answer_one(&query, store, &mut boxes)?;
-            self.bookmark.take_out();
             let pairs = if wanted.pairs { &self.pairs[..] } else { &[] };
             results.push(answer, cost, pairs, &mut send)?;
+            self.bookmark.take_out();
             if !self.has_answered || sent.elapsed() > SIGN_OF_LIFE {
                 results.flush(&mut send)?;
                 sent = Instant::now();

@@ -113,7 +113,10 @@ impl Job<'_> {
             wanted: self.wanted,
         };
         let report = engine.run(&work, sink, self.interrupt)?;
-        meshes.try_map(|&mesh| engine.remove_mesh(mesh))?;
+        // The answers are complete, whatever comes of it.
+        if let Err(error) = meshes.try_map(|&mesh| engine.remove_mesh(mesh)) {
+            tracing::warn!("the engine keeps the memory of both trees: {error}");
+        }
         Ok(report)
     }
 }

@@ -17,13 +17,13 @@ use crate::scheduler::local_client::{Analysis, Buffered, LocalClient, NewTask};
 use crate::scheduler::matchmaker::Matchmaker;
 use crate::scheduler::memory;
 use crate::transport::{MasterEnd, Traffic};
-use crate::tree::TreeImage;
 use crate::tree::descent::DescentError;
 use crate::tree::roots::{PreAnalysis, RootPair};
+use crate::tree::{Accuracy, TreeImage};
 use crate::wire::{Job, JobHeader, ScenarioRecord};
 
 /// How soon an interrupt and a late or silent worker are noticed. Everything else wakes the master.
-const TICK: Duration = Duration::from_millis(100);
+pub(super) const TICK: Duration = Duration::from_millis(100);
 /// After an interrupt, for what workers are at to be answered.
 const GRACE: Duration = Duration::from_secs(1);
 
@@ -62,6 +62,12 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
         trees: [u32; 2],
         images: [&'e TreeImage; 2],
     ) -> Result<Self, EngineError> {
+        let cuts = keys.map(|key| key.cut);
+        if let Accuracy::BoxesAt(depth) = work.wanted.accuracy
+            && cuts != [depth.cut(); 2]
+        {
+            return Err(EngineError::BoxesElsewhere { accuracy: work.wanted.accuracy });
+        }
         let scenarios = u32::try_from(work.poses.len())
             .map_err(|_| EngineError::TooManyScenarios(work.poses.len()))?;
         let options = &engine.options;
