@@ -21,9 +21,9 @@
 //! ```
 //!
 //! # Map
-//! Imports go down only: [`geometry`] <- [`mesh`], [`tree`] <- [`effects`], [`scene`] <- [`wire`]
-//! <- [`workers`], [`scheduler`] <- [`report`] <- [`cli`]. [`transport`] moves bytes and imports
-//! nothing of ours.
+//! Imports go down only: [`geometry`] <- [`mesh`], [`tree`] <- [`effects`], [`scene`],
+//! [`hardcases`] <- [`wire`] <- [`workers`], [`scheduler`] <- [`report`] <- [`cli`]. [`transport`]
+//! moves bytes and imports nothing of ours.
 //!
 //! # Glossary
 //! - *scenario*: one pose of the moving mesh against the fixed one, which stays as its file has it
@@ -38,6 +38,7 @@ pub mod cli;
 pub mod effects;
 pub mod experiment;
 pub mod geometry;
+pub mod hardcases;
 pub mod mesh;
 pub mod report;
 pub mod scene;

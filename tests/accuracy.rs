@@ -1,7 +1,6 @@
 //! Every level of accuracy: what it may get wrong and what not, and that the engine obeys it.
 
 mod engine_run;
-mod hardcase_suite;
 mod oracle;
 
 use std::collections::HashSet;
@@ -13,6 +12,7 @@ use bumper::geometry::simd::SimdLevel;
 use bumper::geometry::triangle::StaticFilter;
 use bumper::geometry::triangle_test::PreparedTest;
 use bumper::geometry::{Point, Pose, Triangle, TriangleTest};
+use bumper::hardcases::{PairCase, mesh_cases, pair_cases};
 use bumper::mesh::{MeshSource, TriangleMesh};
 use bumper::scene::{StartFrom, Transport};
 use bumper::tree::descent::{Descent, Pair};
@@ -20,7 +20,6 @@ use bumper::tree::roots::{Cut, PreAnalysis};
 use bumper::tree::{Accuracy, BoxDepth, BuildOptions, TreeImage, TreeKind, build};
 use bumper::wire::Wanted;
 use engine_run::{Answer, Scene, options};
-use hardcase_suite::{mesh_cases, pair_cases};
 use oracle::{brute_force_pairs, tight_filter};
 
 const TESTS: [TriangleTest; 4] =
@@ -208,9 +207,9 @@ fn sign(x: f64) -> i32 {
 fn plain_floating_point_is_wrong_where_exact_arithmetic_is_not() {
     let cases = pair_cases();
     let wrong = |test| {
-        let answers_wrongly = |case: &&hardcase_suite::PairCase| {
+        let answers_wrongly = |case: &&PairCase| {
             let filter = tight_filter(case.a.iter().chain(&case.b));
-            PreparedTest::new(test, filter, None).intersect(&case.a, &case.b) != case.intersect
+            PreparedTest::new(test, filter, None).intersect(&case.a, &case.b) != case.intersect()
         };
         cases.iter().filter(answers_wrongly).count()
     };
@@ -219,7 +218,7 @@ fn plain_floating_point_is_wrong_where_exact_arithmetic_is_not() {
     assert!(0 < f64 && f64 < f32 && f32 < boxes, "{f64} {f32} {boxes}");
     let missed = cases.iter().filter(|case| {
         let test = PreparedTest::new(TriangleTest::Boxes, StaticFilter::OFF, None);
-        case.intersect && !test.intersect(&case.a, &case.b)
+        case.intersect() && !test.intersect(&case.a, &case.b)
     });
     assert_eq!(missed.count(), 0, "boxes miss nothing");
 }
@@ -227,13 +226,8 @@ fn plain_floating_point_is_wrong_where_exact_arithmetic_is_not() {
 #[test]
 fn hard_meshes_panic_at_no_level() {
     for case in mesh_cases() {
-        let mesh = |triangles: &[Triangle]| {
-            let faces = (0..triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]);
-            TriangleMesh::new(triangles.as_flattened().to_vec(), faces.collect()).unwrap()
-        };
         for kind in TreeKind::ALL {
-            let images =
-                [&case.fixed, &case.moving].map(|t| build(&mesh(t), BuildOptions { kind }));
+            let images = [&case.fixed, &case.moving].map(|mesh| build(mesh, BuildOptions { kind }));
             for level in SimdLevel::available() {
                 let [boxes, _, _, exact] = TESTS
                     .map(|test| sorted_pairs(&mut Descent::with(level, test), &images, &case.pose));

@@ -276,6 +276,30 @@ fn an_overflowing_pose_is_named_and_everything_before_it_delivered() {
     }
 }
 
+/// A worker that looks below some pairs of roots only, or below none, does not see every vertex.
+#[test]
+fn an_overflow_far_from_all_contact_is_the_same_error_wherever_workers_start() {
+    let mut scene = Scene::new(20, 30);
+    let truth = scene.truth();
+    // Vertices with x above 1 overflow, and the rest is far above the fixed mesh.
+    scene.poses[17].rotation[0] = f64::MAX;
+    scene.poses[17].translation = [0.0, 0.0, 1e6];
+    let mut errors = Vec::new();
+    for start_from in StartFrom::ALL {
+        for workers in 1..=2 {
+            let mut options = options(workers);
+            options.engine.start_from = Some(start_from);
+            let (report, answers) = Place::new().run(&scene, &options, &GO_ON, |_| Ok(()));
+            let refused = report.unwrap_err();
+            assert!(matches!(refused, EngineError::Overflow { scenario: 17, .. }), "{refused}");
+            assert!(answers == truth[..17], "{} answers", answers.len());
+            errors.push(refused.to_string());
+        }
+    }
+    errors.dedup();
+    assert_eq!(errors.len(), 1, "{errors:?}");
+}
+
 #[test]
 fn a_program_that_is_no_worker_ends_the_run_with_its_words() {
     let scene = Scene::new(10, 10);

@@ -11,7 +11,7 @@ const LAYERS: &[&[&str]] = &[
     &["geometry"],
     &["mesh"],
     &["tree"],
-    &["effects", "scene"],
+    &["effects", "scene", "hardcases"],
     &["transport"],
     &["wire"],
     &["workers"],
@@ -36,7 +36,7 @@ const BACKENDS: &[(&str, &str)] = &[
     ("rand_chacha", "src/scene/random/draw.rs"),
     ("toml", "src/scene/file.rs"),
     ("strsim", "src/scene/file.rs"),
-    ("flate2", "src/mesh/vrml"),
+    ("flate2", "src/mesh/gzip.rs"),
     ("base64", "src/mesh/gltf"),
 ];
 

@@ -87,7 +87,7 @@ fn tree(mesh: &TriangleMesh, kind: TreeKind) -> TreeImage {
 }
 
 fn triangles(mesh: &TriangleMesh) -> Vec<Triangle> {
-    (0..mesh.faces().len() as u32).map(|face| mesh.triangle(face)).collect()
+    mesh.triangles().collect()
 }
 
 fn by_brute_force(scenes: &Scenes) -> Vec<(usize, u64)> {

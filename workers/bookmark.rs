@@ -20,18 +20,25 @@ unsafe impl Send for Bookmark {}
 unsafe impl Sync for Bookmark {}
 
 const BYTES: usize = size_of::<AtomicU32>();
+const FLAGS: libc::c_uint = libc::MFD_CLOEXEC | libc::MFD_ALLOW_SEALING;
 
 impl Bookmark {
     /// At nothing; and what the other end is [opened](Self::open) from.
     pub fn new() -> io::Result<(Self, OwnedFd)> {
         // SAFETY: the name is a string that ends with a zero.
-        let fd = unsafe { libc::memfd_create(c"bumper-bookmark".as_ptr(), libc::MFD_CLOEXEC) };
+        let fd = unsafe { libc::memfd_create(c"bumper-bookmark".as_ptr(), FLAGS) };
         if fd < 0 {
             return Err(io::Error::last_os_error());
         }
         // SAFETY: the call has just made this descriptor, and nobody else has it.
         let file = unsafe { File::from_raw_fd(fd) };
         file.set_len(BYTES as u64)?;
+        // Whatever a worker does to it, there will be memory where the master looks.
+        let seals = libc::F_SEAL_SHRINK | libc::F_SEAL_GROW | libc::F_SEAL_SEAL;
+        // SAFETY: the descriptor is open, and this request takes a number.
+        if unsafe { libc::fcntl(file.as_raw_fd(), libc::F_ADD_SEALS, seals) } != 0 {
+            return Err(io::Error::last_os_error());
+        }
         Ok((Self::map(&file)?, file.into()))
     }
 
@@ -96,6 +103,14 @@ mod tests {
         drop(workers);
         assert_eq!(masters.scenario(), Some(0));
         masters.take_out();
+        assert_eq!(masters.scenario(), None);
+    }
+
+    #[test]
+    fn a_worker_cannot_take_the_memory_away_that_the_master_looks_at() {
+        let (masters, handed_down) = Bookmark::new().unwrap();
+        let file = File::from(handed_down);
+        assert!(file.set_len(0).is_err() && file.set_len(1 << 20).is_err());
         assert_eq!(masters.scenario(), None);
     }
 

@@ -88,9 +88,9 @@ impl Calculator<'_> {
             let query = Query { scenario, trees, pose, roots, wanted };
             self.bookmark.put(scenario);
             let (answer, cost) = self.answer_one(&query, store, &mut boxes)?;
-            self.bookmark.take_out();
             let pairs = if wanted.pairs { &self.pairs[..] } else { &[] };
             results.push(answer, cost, pairs, &mut send)?;
+            self.bookmark.take_out();
             if !self.has_answered || sent.elapsed() > SIGN_OF_LIFE {
                 results.flush(&mut send)?;
                 sent = Instant::now();
@@ -122,10 +122,10 @@ impl Calculator<'_> {
                 let count = u32::try_from(self.pairs.len()).expect("fewer than 2^32 pairs");
                 Ok((AnswerRecord::answered(scenario, count, hash, compute_ns), cost))
             }
-            Err(WorkerError::Descent(DescentError::Overflow { triangle })) => {
+            Err(WorkerError::Descent(DescentError::Overflow { triangle, corner })) => {
                 self.pairs.clear();
                 let cost = wanted.costs.then(CostRecord::default);
-                Ok((AnswerRecord::overflow(scenario, triangle, compute_ns), cost))
+                Ok((AnswerRecord::overflow(scenario, (triangle, corner), compute_ns), cost))
             }
             Err(other) => Err(other),
         }
@@ -298,7 +298,7 @@ mod tests {
     }
 
     #[test]
-    fn a_batch_is_answered_and_an_overflow_reported_with_its_triangle() {
+    fn a_batch_is_answered_and_an_overflow_reported_with_its_vertex() {
         let mut far = moved(0.0);
         far.rotation[0] = 0.7 * f64::MAX;
         let jobs = vec![batch(&[(3, moved(2.0)), (4, far), (8, moved(5.0))], true)];
@@ -316,7 +316,7 @@ mod tests {
             panic!("not answers");
         };
         assert_eq!(answers.iter().map(|a| a.scenario).collect::<Vec<_>>(), [4, 8]);
-        assert_eq!(answers[0].status(), AnswerStatus::Overflow { triangle: 1 });
+        assert_eq!(answers[0].status(), AnswerStatus::Overflow { triangle: 1, corner: 1 });
         assert_eq!((answers[1].status(), answers[1].pair_count), (AnswerStatus::Answered, 0));
     }
 

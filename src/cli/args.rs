@@ -36,6 +36,8 @@ pub(super) enum Verb {
     /// Measure transports and engines
     #[command(subcommand)]
     Bench(BenchVerb),
+    /// Answer hard cases in every way there is, and count wrong answers
+    Check(CheckArgs),
     /// Remove what killed runs of yours left; living ones are not touched
     Clean(CleanArgs),
     /// What a run starts for each worker
@@ -316,6 +318,17 @@ pub(super) struct MeshInfoArgs {
     pub meshes: Vec<MeshSource>,
 
     /// Print one JSON array
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Args)]
+pub(super) struct CheckArgs {
+    /// Files of cases [default: the built-in suite]
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    pub suite: Vec<PathBuf>,
+
+    /// Print one JSON object
     #[arg(long)]
     pub json: bool,
 }

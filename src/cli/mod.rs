@@ -3,6 +3,7 @@
 mod accuracy;
 mod args;
 mod bench;
+mod check;
 mod clean;
 mod compare;
 mod failure;
@@ -33,6 +34,7 @@ pub fn main() -> ExitCode {
         Verb::Bench(BenchVerb::Engine(args)) => {
             terminal::log_to_stderr().and_then(|()| bench::engine(*args))
         }
+        Verb::Check(args) => check::run(&args),
         Verb::Clean(args) => clean::run(&args),
     };
     match outcome {

@@ -15,6 +15,7 @@ use super::prepare::{self, Both, Poses, Tree, timed};
 use super::request::Request;
 use super::{interrupt, summary_text, terminal};
 use crate::geometry::Pose;
+use crate::mesh::TriangleMesh;
 use crate::report::{OutputDir, OutputError, ResultFiles, Summary, Tally, Times};
 use crate::scene::{EngineOptions, Scene, WorkerCount};
 use crate::scheduler::client_manager::{
@@ -42,8 +43,6 @@ pub(super) fn run(args: RunArgs) -> Result<(), Failure> {
     interrupt::check(&interrupt)?;
     let (poses, placed_s) = timed(|| poses.place(&meshes, &trees, &interrupt));
     let poses = poses?;
-    // Only a comparison needs them again.
-    let meshes = request.stats.then_some(meshes);
     interrupt::check(&interrupt)?;
 
     let mut results = Results::new(request.out, request.contacts, request.stats, poses.len());
@@ -53,17 +52,18 @@ pub(super) fn run(args: RunArgs) -> Result<(), Failure> {
         wanted: Wanted { accuracy: scene.accuracy, pairs: request.contacts, costs: request.stats },
         interrupt: &interrupt,
     };
-    let report = answer(&mut *engine, &trees, &job, &mut results)?;
+    let report = answer(&mut *engine, &trees, &job, &mut results)
+        .map_err(|error| naming_the_vertex(error, meshes.moving()))?;
 
     let mut times = Times { load_s, build_s, poses_s: read_s + placed_s, ..Times::default() };
     let trees_summary = [trees.fixed(), trees.moving()].map(|tree| tree.summary.clone());
     let mut compared = Ok(Vec::new());
-    if let (Some(meshes), Some(measured), false) =
-        (&meshes, &results.measured, report.interrupted || !report.set_aside.is_empty())
+    if let (Some(measured), false) =
+        (&results.measured, report.interrupted || !report.set_aside.is_empty())
     {
         let cache_dir = request.cache_dir.as_deref();
         let job = Job { wanted: Wanted { pairs: false, ..job.wanted }, ..job };
-        let comparison = Comparison { meshes, cache_dir, job };
+        let comparison = Comparison { meshes: &meshes, cache_dir, job };
         compared = comparison.with_others(&mut *engine, scene.tree, (trees, build_s), measured);
     }
     drop(engine);
@@ -113,7 +113,10 @@ impl Job<'_> {
             wanted: self.wanted,
         };
         let report = engine.run(&work, sink, self.interrupt)?;
-        meshes.try_map(|&mesh| engine.remove_mesh(mesh))?;
+        // The answers are complete, whatever comes of it.
+        if let Err(error) = meshes.try_map(|&mesh| engine.remove_mesh(mesh)) {
+            tracing::warn!("the engine keeps the memory of both trees: {error}");
+        }
         Ok(report)
     }
 }
@@ -137,6 +140,22 @@ fn answer(
     })?;
     contacts?;
     Ok(report)
+}
+
+/// Workers know the corners of triangles; which vertex one is, only the mesh tells.
+fn naming_the_vertex(failure: Failure, moving: &TriangleMesh) -> Failure {
+    let Failure::Failed(error) = failure else { return failure };
+    let corner = match error.downcast_ref() {
+        Some(&EngineError::Overflow { triangle, corner, .. }) => (triangle, corner),
+        _ => return Failure::Failed(error),
+    };
+    let face = moving.faces().get(corner.0 as usize);
+    Failure::Failed(match face.and_then(|face| face.get(corner.1 as usize)) {
+        Some(vertex) => {
+            error.context(format!("vertex {vertex} of the moving mesh cannot be placed"))
+        }
+        None => error,
+    })
 }
 
 /// Writes and prints the figures.

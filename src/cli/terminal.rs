@@ -11,7 +11,7 @@ use super::failure::Failure;
 /// All bars of this process; hidden unless stderr is a terminal.
 static BARS: LazyLock<MultiProgress> = LazyLock::new(MultiProgress::new);
 
-/// A bar that counts scenarios, with their rate and the time left.
+/// A bar that counts scenarios or cases, with their rate and the time left.
 pub(super) fn scenario_bar(what: &'static str, count: usize) -> ProgressBar {
     let template = "{msg:10} {wide_bar} {pos}/{len}  {rate}  {eta} left";
     let style = ProgressStyle::with_template(template).expect("the template is valid").with_key(

@@ -44,6 +44,11 @@ impl TriangleMesh {
         self.faces[face as usize].map(|i| self.vertices[i as usize])
     }
 
+    /// In file order.
+    pub fn triangles(&self) -> impl ExactSizeIterator<Item = Triangle> + '_ {
+        (0..self.faces.len() as u32).map(|face| self.triangle(face))
+    }
+
     /// The offset is added to every vertex in f64.
     pub fn moved(self, offset: Point) -> Result<Self, MeshError> {
         if offset == [0.0; 3] {

@@ -19,6 +19,7 @@ pub enum Outcome {
     },
     Overflow {
         triangle: u32,
+        corner: u32,
     },
     /// Every worker that was at it has died.
     SetAside,
@@ -132,6 +133,11 @@ impl Collection {
         self.order.insert(scenario, Outcome::SetAside);
     }
 
+    /// The master itself has seen that there is none.
+    pub fn overflow(&mut self, scenario: u32, triangle: u32, corner: u32) {
+        self.order.insert(scenario, Outcome::Overflow { triangle, corner });
+    }
+
     /// Forgets what a dead client has sent in part.
     pub fn client_died(&mut self, client: usize) {
         self.partial[client] = None;
@@ -157,10 +163,10 @@ impl Collection {
             AnswerStatus::Overflow { .. } if self.partial[client].is_some() => {
                 return Err(BadReply::Pairs(scenario));
             }
-            AnswerStatus::Overflow { triangle } => {
+            AnswerStatus::Overflow { triangle, corner } => {
                 // Results are delivered in order, so nothing after this one will be.
                 assignment.stop_at(scenario);
-                Outcome::Overflow { triangle }
+                Outcome::Overflow { triangle, corner }
             }
         };
         assignment.clients[client].answered(task, scenario)?;
@@ -309,14 +315,14 @@ mod tests {
     #[test]
     fn an_overflow_ends_the_giving_out_and_comes_in_its_turn() {
         let (mut collection, mut assignment) = two_tasks(NOTHING);
-        let overflow = [part(2, 1, 0, 0), AnswerRecord::overflow(3, 9, 0)];
+        let overflow = [part(2, 1, 0, 0), AnswerRecord::overflow(3, (9, 1), 0)];
         collection.take(1, &reply(1, true, &overflow), &mut assignment).unwrap();
         assert_eq!(assignment.next_scenario(), None);
         assert_eq!(collection.pop(), None);
         let answers = [part(0, 1, 0, 0), part(1, 1, 0, 0)];
         collection.take(0, &reply(0, true, &answers), &mut assignment).unwrap();
         let last = std::iter::from_fn(|| collection.pop()).last();
-        assert_eq!(last, Some((3, Outcome::Overflow { triangle: 9 })));
+        assert_eq!(last, Some((3, Outcome::Overflow { triangle: 9, corner: 1 })));
     }
 
     #[test]

@@ -138,8 +138,8 @@ fn set(fd: &impl AsFd, what: libc::c_int, value: libc::c_int) -> io::Result<()> 
     }
 }
 
-/// Takes over the inherited descriptor of that number, if it is of that kind (`S_IFIFO` or
-/// `S_IFSOCK`) and nobody has taken it over before.
+/// Takes over the inherited descriptor of that number, if it is of that kind (`S_IFIFO`,
+/// `S_IFSOCK` or `S_IFREG`) and nobody has taken it over before.
 pub fn inherited(number: &OsStr, kind: libc::mode_t) -> Result<OwnedFd, TransportError> {
     let refuse = |why: &str| TransportError::Arguments(format!("descriptor {number:?} {why}"));
     let fd: i32 = number

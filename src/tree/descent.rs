@@ -17,10 +17,12 @@ pub type Pair = [u32; 2];
 
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum DescentError {
+    /// Of all such vertices the first corner of the first triangle; corners count from 0.
     #[error(
-        "triangle {triangle} of the moving mesh leaves the range of 64-bit numbers in this pose"
+        "corner {corner} of triangle {triangle} of the moving mesh leaves the range of 64-bit \
+         numbers in this pose"
     )]
-    Overflow { triangle: u32 },
+    Overflow { triangle: u32, corner: u32 },
     #[error("the trees are of different kinds ({fixed} and {moving}): build both alike")]
     Kinds { fixed: TreeKind, moving: TreeKind },
     #[error("{tree} tree: {source}")]
@@ -330,11 +332,13 @@ pub(super) fn check_range(
     if pose.reach(far).iter().all(|c| c.is_finite()) {
         return Ok(());
     }
-    let finite = |v: &Point| pose.apply(*v).iter().all(|c| c.is_finite());
-    let overflows = |&rank: &u32| !moving.corners(rank).iter().all(finite);
-    let ids = ranks.filter(overflows).map(|rank| moving.triangles()[rank as usize].id);
-    match ids.min() {
+    let overflows = |v: &Point| !pose.apply(*v).iter().all(|c| c.is_finite());
+    let corners = ranks.filter_map(|rank| {
+        let corner = moving.corners(rank).iter().position(overflows)?;
+        Some((moving.triangles()[rank as usize].id, corner as u32))
+    });
+    match corners.min() {
         None => Ok(()),
-        Some(triangle) => Err(DescentError::Overflow { triangle }),
+        Some((triangle, corner)) => Err(DescentError::Overflow { triangle, corner }),
     }
 }

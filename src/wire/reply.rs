@@ -56,8 +56,8 @@ pub struct AnswerRecord {
     pub first_pair: u32,
     /// The scenario's pairs in this message.
     pub pairs_here: u32,
-    /// Overflow only: triangle of the moving mesh.
-    triangle: u32,
+    /// Overflow only: the corner of the moving mesh, three to a triangle.
+    corner: u32,
     pub pairs_fnv1a64: u64,
     pub compute_ns: u64,
 }
@@ -83,9 +83,11 @@ const OVERFLOW: u32 = 1;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AnswerStatus {
     Answered,
-    /// The pose takes this triangle of the moving mesh out of the range of 64-bit numbers.
+    /// The pose takes this corner (0, 1 or 2) of a triangle of the moving mesh out of the range of
+    /// 64-bit numbers.
     Overflow {
         triangle: u32,
+        corner: u32,
     },
 }
 
@@ -95,21 +97,23 @@ impl AnswerRecord {
         Self { scenario, pair_count, pairs_fnv1a64, compute_ns, ..Self::zeroed() }
     }
 
-    pub fn overflow(scenario: u32, triangle: u32, compute_ns: u64) -> Self {
-        Self { scenario, status: OVERFLOW, triangle, compute_ns, ..Self::zeroed() }
+    /// `triangle` as numbered in a mesh, which has fewer than 2^30.
+    pub fn overflow(scenario: u32, (triangle, corner): (u32, u32), compute_ns: u64) -> Self {
+        let corner = 3 * triangle + corner;
+        Self { scenario, status: OVERFLOW, corner, compute_ns, ..Self::zeroed() }
     }
 
     pub fn status(&self) -> AnswerStatus {
         match self.status {
             ANSWERED => AnswerStatus::Answered,
-            _ => AnswerStatus::Overflow { triangle: self.triangle },
+            _ => AnswerStatus::Overflow { triangle: self.corner / 3, corner: self.corner % 3 },
         }
     }
 
     fn validate(&self) -> Result<(), WireError> {
         let refuse = |what| Err(WireError::Answer { scenario: self.scenario, what });
         match self.status {
-            ANSWERED if self.triangle != 0 => refuse("answered, and names an overflowing triangle"),
+            ANSWERED if self.corner != 0 => refuse("answered, and names an overflowing corner"),
             ANSWERED => match self.first_pair.checked_add(self.pairs_here) {
                 Some(end) if end <= self.pair_count => Ok(()),
                 _ => refuse("carries more pairs than it counts"),
@@ -218,7 +222,7 @@ mod tests {
         let first = AnswerRecord { pairs_here: 2, ..AnswerRecord::answered(10, 2, 77, 5) };
         let part =
             AnswerRecord { first_pair: 4, pairs_here: 1, ..AnswerRecord::answered(11, 9, 88, 6) };
-        [first, part, AnswerRecord::overflow(12, 345, 7)]
+        [first, part, AnswerRecord::overflow(12, (345, 2), 7)]
     }
 
     fn message(header: ReplyHeader, answers: &[AnswerRecord], pairs: &[Pair]) -> Vec<u64> {
@@ -264,7 +268,7 @@ mod tests {
         assert_eq!(parse(&good()), Ok(expected));
         expected = Reply::Answers { task: 42, last: true, answers, costs, pairs: &PAIRS };
         assert_eq!(parse(&good_with_costs()), Ok(expected));
-        assert_eq!(records()[2].status(), AnswerStatus::Overflow { triangle: 345 });
+        assert_eq!(records()[2].status(), AnswerStatus::Overflow { triangle: 345, corner: 2 });
     }
 
     #[test]
@@ -323,7 +327,7 @@ mod tests {
         assert!(is_about(with_answer(0, |a| a.pairs_here = 3), 10));
         assert!(is_about(with_answer(1, |a| a.first_pair = u32::MAX), 11));
         assert!(is_about(with_answer(0, |a| a.status = 2), 10));
-        assert!(is_about(with_answer(0, |a| a.triangle = 2), 10));
+        assert!(is_about(with_answer(0, |a| a.corner = 2), 10));
         assert!(is_about(with_answer(2, |a| a.pair_count = 1), 12));
         let fewer = with_answer(0, |a| a.pairs_here = 1);
         assert_eq!(fewer, Err(WireError::Field { field: "pair count", value: 3 }));

@@ -91,6 +91,25 @@ fn bad_meshes_are_refused_by_name() {
     }
 }
 
+/// Workers tell the corner of a triangle; the file's vertex is looked up by the master.
+#[test]
+fn a_pose_that_overflows_is_refused_and_names_the_vertex() {
+    let place = Place::new();
+    let fixed = place.write("fixed.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    // The unused one would overflow as well.
+    let vertices = "v 0 0 0\nv 0 1.7e308 0\nv 1 0 0\nv 0 1e308 0\nv 0 1.1e308 0\n";
+    let moving = place.write("moving.obj", &format!("{vertices}f 1 3 3\nf 1 3 4\nf 5 4 1\n"));
+    let poses = format!("{HEADER}1,0,0,0,0,0,0\n1,0,0,0,0,1e308,0\n");
+    let poses = place.write("p.csv", &poses);
+    for transport in ["iceoryx2", "threads", "pipe"] {
+        let scene = ["run", "--fixed", &fixed, "--moving", &moving, "--poses", &poses];
+        let output =
+            place.run(&[&scene[..], &["--workers", "1", "--transport", transport]].concat());
+        let words = ["vertex 3 of the moving mesh", "scenario 1: corner 2 of triangle 1 of"];
+        refused(&output, 1, &words);
+    }
+}
+
 fn refused_info(output: &Output, name: &str) {
     assert_eq!(output.status.code(), Some(1));
     assert!(stderr(output).contains(name), "{}", stderr(output));

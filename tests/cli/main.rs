@@ -3,6 +3,7 @@
 mod accuracy;
 mod bad_input;
 mod bench;
+mod check;
 mod clean;
 mod interrupt;
 mod results;

@@ -89,3 +89,8 @@ fn damaged_results_are_refused_or_work() {
 fn damaged_mesh_files_are_refused_or_work() {
     hold("mesh");
 }
+
+#[test]
+fn damaged_files_of_hard_cases_are_refused_or_work() {
+    hold("suite");
+}

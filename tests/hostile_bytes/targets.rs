@@ -8,6 +8,7 @@ use std::cell::RefCell;
 use std::path::Path;
 
 use bumper::geometry::Pose;
+use bumper::hardcases::{Cases, Suite};
 use bumper::mesh::{Format, TriangleMesh};
 use bumper::tree::descent::{Descent, Pair};
 use bumper::tree::roots::{Cut, PreAnalysis};
@@ -28,12 +29,13 @@ pub struct Target {
     pub seeds: fn() -> Vec<Vec<u8>>,
 }
 
-pub static TARGETS: [Target; 5] = [
+pub static TARGETS: [Target; 6] = [
     Target { name: "image", check: image, seeds: image_seeds },
     Target { name: "subtree", check: subtree, seeds: subtree_seeds },
     Target { name: "batch", check: batch, seeds: batch_seeds },
     Target { name: "result", check: result, seeds: result_seeds },
     Target { name: "mesh", check: mesh, seeds: mesh_seeds },
+    Target { name: "suite", check: suite, seeds: suite_seeds },
 ];
 
 /// A tree image, descended against itself in one of some poses. Bytes after the last whole block say what is
@@ -260,7 +262,7 @@ fn result_seeds() -> Vec<Vec<u8>> {
     whole.pairs_here = 2;
     let mut part = AnswerRecord::answered(11, 9, 88, 6);
     (part.first_pair, part.pairs_here) = (4, 1);
-    let answers = [whole, part, AnswerRecord::overflow(12, 345, 7)];
+    let answers = [whole, part, AnswerRecord::overflow(12, (345, 2), 7)];
     let pairs: [Pair; 3] = [[1, 2], [3, 4], [5, 6]];
     let header = ReplyHeader::answers(42, 3, 3, true);
     let header = bytemuck::bytes_of(&header);
@@ -309,4 +311,43 @@ fn mesh_seeds() -> Vec<Vec<u8>> {
         [&[choice as u8][..], &variant.bytes].concat()
     };
     variants.map(seed).collect()
+}
+
+/// A file of hard cases.
+pub fn suite(bytes: &[u8]) -> bool {
+    let Ok(suite) = Suite::parse(bytes, "suite") else { return false };
+    assert!(!suite.is_empty());
+    let finite = |numbers: &[f64]| assert!(numbers.iter().all(|c| c.is_finite()));
+    match &suite.cases {
+        Cases::Pairs(cases) => cases.iter().for_each(|case| {
+            finite(case.a.as_flattened());
+            finite(case.b.as_flattened());
+        }),
+        Cases::Meshes(cases) => cases.iter().for_each(|case| {
+            let sizes = [&case.fixed, &case.moving].map(|mesh| mesh.faces().len());
+            assert!(case.pairs.is_sorted_by(|a, b| a < b));
+            assert!(case.pairs.iter().all(|pair| (0..2).all(|s| (pair[s] as usize) < sizes[s])));
+            finite(&case.pose.rotation);
+        }),
+        Cases::Transforms(cases) => cases.iter().for_each(|case| {
+            finite(&case.rotation);
+            finite(&case.placed);
+        }),
+    }
+    true
+}
+
+fn suite_seeds() -> Vec<Vec<u8>> {
+    let numbers = |count: usize| {
+        let bits = (0..count).map(|i| (0.5 * i as f64 - 2.0).to_bits());
+        bits.map(|bits| format!(" {bits:016x}")).collect::<String>()
+    };
+    let mesh = format!("{}f 0 1 2\nf 2 1 0\n", format!("v{}\n", numbers(3)).repeat(3));
+    let pose = format!("q{}\nR{}\nt{}\n", numbers(4), numbers(9), numbers(3));
+    let texts = [
+        format!("# pairs\nany 1 point{}\n\nany 0 none{}\n", numbers(18), numbers(18)),
+        format!("case twins_00 3 2 3 2 2\n{pose}{mesh}{mesh}p 0 1\np 1 0\n"),
+        format!("{}\n{}", numbers(22), numbers(22)),
+    ];
+    texts.map(String::into_bytes).into()
 }

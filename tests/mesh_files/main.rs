@@ -52,5 +52,5 @@ fn area(mesh: &TriangleMesh) -> f64 {
 }
 
 fn triangles(mesh: &TriangleMesh) -> Vec<[[f64; 3]; 3]> {
-    (0..mesh.faces().len() as u32).map(|face| mesh.triangle(face)).collect()
+    mesh.triangles().collect()
 }

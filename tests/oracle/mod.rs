@@ -12,18 +12,39 @@ pub fn hulls_meet(a: &Triangle, b: &Triangle) -> bool {
     simplex::common_convex_combination(a, b)
 }
 
+/// All (i, j) with `fixed[i]` meeting the placed `moving[j]`, sorted, by [`hulls_meet`]: slow.
+pub fn pairs_without_rounding(
+    fixed: &[Triangle],
+    moving: &[Triangle],
+    pose: &Pose,
+) -> Vec<[u32; 2]> {
+    pairs_that_meet(fixed, &placed(moving, pose), hulls_meet)
+}
+
 /// All (i, j) with `fixed[i]` meeting the placed `moving[j]`, sorted: the answer that a tree has
 /// to give, by trying every pair whose boxes overlap.
 pub fn brute_force_pairs(fixed: &[Triangle], moving: &[Triangle], pose: &Pose) -> Vec<[u32; 2]> {
-    let placed: Vec<Triangle> = moving.iter().map(|t| t.map(|p| pose.apply(p))).collect();
+    let placed = placed(moving, pose);
     let filter = tight_filter(fixed.iter().chain(&placed).flatten());
+    pairs_that_meet(fixed, &placed, |a, b| triangles_intersect(a, b, &filter))
+}
+
+fn placed(moving: &[Triangle], pose: &Pose) -> Vec<Triangle> {
+    moving.iter().map(|t| t.map(|p| pose.apply(p))).collect()
+}
+
+fn pairs_that_meet(
+    fixed: &[Triangle],
+    placed: &[Triangle],
+    meet: impl Fn(&Triangle, &Triangle) -> bool,
+) -> Vec<[u32; 2]> {
     let boxes: Vec<[Point; 2]> = placed.iter().map(bounds).collect();
     let mut pairs = Vec::new();
     for (i, a) in (0..).zip(fixed) {
         let [low, high] = bounds(a);
         for (j, (b, [b_low, b_high])) in (0..).zip(placed.iter().zip(&boxes)) {
             let apart = (0..3).any(|k| high[k] < b_low[k] || b_high[k] < low[k]);
-            if !apart && triangles_intersect(a, b, &filter) {
+            if !apart && meet(a, b) {
                 pairs.push([i, j]);
             }
         }

@@ -47,6 +47,7 @@ impl Limit {
 /// one rounding and its product with t another, together 5 u t |q - p| and e / D |q - p|; the sum
 /// adds u times itself. The sixth u is for terms of second order, and with the roundings of the
 /// bound, far below a 2^-20th of it, which [`distance_bound`] adds.
+#[inline]
 pub fn crossing(at: &Crossing<'_>, limit: Limit) -> Option<(Point, [f64; 3])> {
     let [p, q] = at.ends;
     let [d_p, d_q] = at.divider.bounded_distances(at.ends);

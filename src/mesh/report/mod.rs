@@ -73,7 +73,7 @@ impl MeshReport {
         let faces: Vec<[u32; 3]> =
             mesh.faces().iter().map(|face| face.map(|i| welded.index[i as usize])).collect();
         let topology = Topology::of(&faces, welded.points.len());
-        let triangles = || (0..mesh.faces().len() as u32).map(|face| mesh.triangle(face));
+        let triangles = || mesh.triangles();
         let solid = topology.closed() && topology.consistently_oriented;
         Self {
             source: source.to_string(),

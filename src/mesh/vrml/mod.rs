@@ -11,9 +11,7 @@ mod parser;
 mod placement;
 mod transform;
 
-use std::borrow::Cow;
-use std::io::Read;
-
+use super::gzip::decompressed;
 use super::raw::RawMesh;
 use super::text::without_byte_order_mark;
 use super::{FormatError, Problem};
@@ -27,24 +25,4 @@ pub fn read(bytes: &[u8]) -> Result<RawMesh, FormatError> {
     }
     let graph = parser::parse(text)?;
     placement::place(&graph, text.len())
-}
-
-/// Scenes compress about five-fold; what grows far beyond that is made to exhaust memory.
-fn decompressed(bytes: &[u8]) -> Result<Cow<'_, [u8]>, FormatError> {
-    const ALWAYS_ALLOWED: u64 = 64 << 20;
-    const MOST_GROWTH: u64 = 32;
-    if !bytes.starts_with(&[0x1f, 0x8b]) {
-        return Ok(bytes.into());
-    }
-    let limit = ALWAYS_ALLOWED + MOST_GROWTH * bytes.len() as u64;
-    let mut text = Vec::new();
-    flate2::read::MultiGzDecoder::new(bytes)
-        .take(limit + 1)
-        .read_to_end(&mut text)
-        .map_err(|error| Problem::Malformed(format!("gzip: {error}")).in_file())?;
-    if text.len() as u64 > limit {
-        let problem = format!("the gzip data grows beyond {limit} bytes: decompress it first");
-        return Err(Problem::TooLarge(problem).in_file());
-    }
-    Ok(text.into())
 }

@@ -4,19 +4,18 @@ use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use super::crew::{Crew, ignore};
-use super::session::Session;
+use super::session::{Session, TICK};
 use super::{EngineError, EngineReport, ResultSink, Work};
 use crate::scene::{EngineOptions, Slowdown};
+use crate::scheduler::collection::BadReply;
 use crate::scheduler::indicator::ClientIndicator;
 use crate::scheduler::launch::Launch;
-use crate::scheduler::local_client::LocalClient;
+use crate::scheduler::local_client::{LocalClient, Unexpected};
 use crate::transport::MasterEnd;
 use crate::tree::TreeImage;
 use crate::tree::roots::Cut;
 use crate::wire::{JobHeader, Reply};
 
-/// How soon a silent worker is noticed.
-const TICK: Duration = Duration::from_millis(100);
 /// For a worker to end by itself: it may be in the middle of a batch.
 const GRACE: Duration = Duration::from_secs(1);
 
@@ -100,8 +99,9 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Engine<T, L> {
 
     /// The memory is given back, here and with the workers, as soon as these have noticed.
     pub fn remove_mesh(&mut self, mesh: MeshId) -> Result<(), EngineError> {
-        self.meshes.remove(&mesh).ok_or(EngineError::NoMesh(mesh))?;
+        self.image(mesh)?;
         self.settle()?;
+        self.meshes.remove(&mesh);
         let of_mesh = |(key, _): &(TreeKey, u32)| key.mesh == mesh;
         let trees: Vec<_> = self.trees.iter().map(|(&k, &t)| (k, t)).filter(of_mesh).collect();
         for (key, tree) in trees {
@@ -159,39 +159,59 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Engine<T, L> {
     }
 
     /// Waits until every worker has taken the trees that it was told of: what they look for has to be
-    /// there.
+    /// there. After a run that was stopped nobody is asked any more.
     fn settle(&mut self) -> Result<(), EngineError> {
-        let awaiting = |clients: &[LocalClient]| clients.iter().any(LocalClient::awaits_trees);
-        while !self.is_stopped && awaiting(&self.clients) {
+        let mut looked = Instant::now();
+        while !self.is_stopped && self.clients.iter().any(LocalClient::awaits_trees) {
             self.crew.wait(TICK)?;
+            let away = std::mem::replace(&mut looked, Instant::now()).elapsed();
+            self.crew.forgive(away.saturating_sub(2 * TICK));
             for client in 0..self.crew.len() {
-                self.take_trees(client)?;
+                self.hear(client)?;
+                match self.crew.ended(client)? {
+                    Some(how) => self.bury(client, &how)?,
+                    None if self.clients[client].awaits_trees() => {
+                        self.crew.end_silent(client, self.options.patience);
+                    }
+                    None => {}
+                }
             }
         }
         Ok(())
     }
 
-    fn take_trees(&mut self, client: usize) -> Result<(), EngineError> {
+    /// What a worker has to say between two runs.
+    fn hear(&mut self, client: usize) -> Result<(), EngineError> {
         let state = &mut self.clients[client];
-        if !state.awaits_trees() {
-            return Ok(());
-        }
+        let mut heard = Ok(());
         self.crew.receive(client, &mut |message| {
-            if let Ok(Reply::Tree(_)) = Reply::parse(message) {
-                state.took_tree();
+            let said =
+                Reply::parse(message).map_err(BadReply::from).and_then(|reply| match reply {
+                    Reply::Ready => Ok(state.ready()?),
+                    Reply::Tree(_) => Ok(state.took_tree()),
+                    // All answers were taken before the run could end, but maybe not the last word.
+                    Reply::Answers { task, last: true, answers: [], .. } => {
+                        Ok(state.end_task(task)?)
+                    }
+                    Reply::Answers { task, .. } => {
+                        Err(Unexpected::Task { found: task, expected: None }.into())
+                    }
+                });
+            if heard.is_ok() {
+                heard = said;
             }
         })?;
-        match self.crew.ended(client)? {
-            None => self.crew.end_silent(client, self.options.patience),
-            Some(how) => {
-                self.crew.obituary(client, &how);
-                self.crew.let_go(client, &mut ignore)?;
-                self.forget_given(client);
-                self.clients[client].die();
-                if self.crew.replace(client) {
-                    self.clients[client].restart();
-                }
-            }
+        heard.map_err(|source| EngineError::BadReply { worker: self.crew.id(client), source })
+    }
+
+    /// Of a worker that was at nothing.
+    fn bury(&mut self, client: usize, how: &str) -> Result<(), EngineError> {
+        self.crew.obituary(client, how);
+        self.crew.let_go(client, &mut ignore)?;
+        self.forget_given(client);
+        self.clients[client].die();
+        if self.crew.replace(client) {
+            self.clients[client].restart();
         }
         Ok(())
     }

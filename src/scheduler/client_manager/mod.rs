@@ -13,9 +13,9 @@ use super::collection::BadReply;
 pub use super::engine_report::{EngineReport, WorkerReport};
 use crate::geometry::Pose;
 use crate::transport::{TransportError, WorkerId};
-use crate::tree::TreeKind;
 use crate::tree::descent::Pair;
 use crate::tree::roots::Cut;
+use crate::tree::{Accuracy, TreeKind};
 use crate::wire::{CostRecord, Wanted};
 pub use engine::{Engine, MeshId};
 pub use start::{AnyEngine, needs, start};
@@ -58,6 +58,8 @@ pub enum EngineError {
     Kinds { fixed: TreeKind, moving: TreeKind },
     #[error("there is no mesh {0} in this engine")]
     NoMesh(MeshId),
+    #[error("accuracy {accuracy} is of boxes at a depth at which the trees are not cut")]
+    BoxesElsewhere { accuracy: Accuracy },
     #[error("{0} scenarios are too many: at most {max}", max = u32::MAX)]
     TooManyScenarios(usize),
     #[error("workers see the trees from the top only where they share memory with the master")]
@@ -71,10 +73,10 @@ pub enum EngineError {
     #[error("cannot watch worker {worker}: {source}")]
     WatchWorker { worker: WorkerId, source: io::Error },
     #[error(
-        "scenario {scenario}: triangle {triangle} of the moving mesh leaves the range of 64-bit \
-         numbers in this pose; all scenarios before it are answered"
+        "scenario {scenario}: corner {corner} of triangle {triangle} of the moving mesh leaves the \
+         range of 64-bit numbers in this pose; all scenarios before it are answered"
     )]
-    Overflow { scenario: u32, triangle: u32 },
+    Overflow { scenario: u32, triangle: u32, corner: u32 },
     #[error("worker {worker} sent a reply that cannot be right: {source}")]
     BadReply { worker: WorkerId, source: BadReply },
     #[error("no worker is left, {completed} scenarios are answered; the last to go, {last}")]

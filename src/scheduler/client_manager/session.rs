@@ -17,12 +17,13 @@ use crate::scheduler::local_client::{Analysis, Buffered, LocalClient, NewTask};
 use crate::scheduler::matchmaker::Matchmaker;
 use crate::scheduler::memory;
 use crate::transport::{MasterEnd, Traffic};
-use crate::tree::TreeImage;
+use crate::tree::descent::DescentError;
 use crate::tree::roots::{PreAnalysis, RootPair};
+use crate::tree::{Accuracy, TreeImage};
 use crate::wire::{Job, JobHeader, ScenarioRecord};
 
 /// How soon an interrupt and a late or silent worker are noticed. Everything else wakes the master.
-const TICK: Duration = Duration::from_millis(100);
+pub(super) const TICK: Duration = Duration::from_millis(100);
 /// After an interrupt, for what workers are at to be answered.
 const GRACE: Duration = Duration::from_secs(1);
 
@@ -61,6 +62,12 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
         trees: [u32; 2],
         images: [&'e TreeImage; 2],
     ) -> Result<Self, EngineError> {
+        let cuts = keys.map(|key| key.cut);
+        if let Accuracy::BoxesAt(depth) = work.wanted.accuracy
+            && cuts != [depth.cut(); 2]
+        {
+            return Err(EngineError::BoxesElsewhere { accuracy: work.wanted.accuracy });
+        }
         let scenarios = u32::try_from(work.poses.len())
             .map_err(|_| EngineError::TooManyScenarios(work.poses.len()))?;
         let options = &engine.options;
@@ -192,7 +199,15 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
             if !self.assignment.can_assign() {
                 break;
             }
-            let analysis = self.analyse(scenario);
+            let analysis = match self.analyse(scenario) {
+                Ok(analysis) => analysis,
+                Err(DescentError::Overflow { triangle, corner }) => {
+                    self.assignment.stop_at(scenario);
+                    self.collection.overflow(scenario, triangle, corner);
+                    break;
+                }
+                Err(other) => unreachable!("both trees are whole and of one kind: {other}"),
+            };
             let begin = Instant::now();
             self.assignment.assign(scenario, analysis).expect("somebody takes it");
             self.matching += begin.elapsed();
@@ -203,10 +218,10 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
 
     /// What is known of a scenario that is descended from the top and has one client to go to
     /// changes nothing: then nothing is found out.
-    fn analyse(&mut self, scenario: u32) -> Analysis {
+    fn analyse(&mut self, scenario: u32) -> Result<Analysis, DescentError> {
         let from_roots = self.supply.start_from() == StartFrom::RootPairs;
         if !from_roots && !self.assignment.wants_scores() {
-            return Analysis::default();
+            return Ok(Analysis::default());
         }
         let begin = Instant::now();
         let pose = &self.work.poses[scenario as usize];
@@ -350,8 +365,8 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
     fn deliver(&mut self, sink: &mut dyn ResultSink) -> Result<(), EngineError> {
         while let Some((scenario, outcome)) = self.collection.pop() {
             match outcome {
-                Outcome::Overflow { triangle } => {
-                    return Err(EngineError::Overflow { scenario, triangle });
+                Outcome::Overflow { triangle, corner } => {
+                    return Err(EngineError::Overflow { scenario, triangle, corner });
                 }
                 Outcome::SetAside => {
                     sink.set_aside(scenario).map_err(EngineError::Sink)?;

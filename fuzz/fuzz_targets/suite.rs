@@ -1,0 +1,3 @@
+#![no_main]
+
+bumper_fuzz::fuzz!("suite");

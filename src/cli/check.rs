@@ -1,0 +1,108 @@
+//! `bumper check`: hard cases, whose truth is known, through everything that answers.
+
+use anyhow::{Context, anyhow};
+use serde::Serialize;
+
+use super::args::CheckArgs;
+use super::failure::Failure;
+use super::summary_text::grouped;
+use super::terminal;
+use crate::hardcases::{Report, Suite, check};
+use crate::report::{Machine, Versions};
+use crate::tree::Accuracy;
+
+const SCHEMA_VERSION: u32 = 1;
+
+/// What is printed with `--json`.
+#[derive(Serialize)]
+struct Json<'a> {
+    schema_version: u32,
+    versions: Versions,
+    machine: Machine,
+    #[serde(flatten)]
+    report: &'a Report,
+}
+
+/// Fails if an exact answer is wrong; a suite that cannot be read is a usage error, so that the two
+/// have different exit codes.
+pub(super) fn run(args: &CheckArgs) -> Result<(), Failure> {
+    terminal::log_to_stderr()?;
+    let suites: Vec<Suite> = if args.suite.is_empty() {
+        Suite::built_in().into()
+    } else {
+        let read = args.suite.iter().map(|file| Suite::read(file).map_err(Failure::usage));
+        read.collect::<Result<_, _>>()?
+    };
+    let bar = terminal::scenario_bar("checking", suites.iter().map(Suite::len).sum());
+    let report = check(&suites, &|cases| bar.inc(cases));
+    bar.finish_and_clear();
+    let text = if args.json { to_json(&report) } else { tables(&report) };
+    terminal::print(&text).context("cannot print the figures")?;
+    if report.wrong.is_empty() { Ok(()) } else { Err(Failure::Failed(anyhow!(blame(&report)))) }
+}
+
+fn to_json(report: &Report) -> String {
+    let (versions, machine) = (Versions::this(), Machine::this());
+    let json = Json { schema_version: SCHEMA_VERSION, versions, machine, report };
+    serde_json::to_string_pretty(&json).expect("string keys and plain values") + "\n"
+}
+
+/// Wrong answers by family, in the way that is wrong most often, and by way.
+fn tables(report: &Report) -> String {
+    let rows = || report.rows.iter();
+    let heads: String =
+        report.levels.iter().map(|level| format!("{:>9}", level.to_string())).collect();
+    let mut text = format!("{:28}{:>8}{heads}\n", "wrong, by family", "cases");
+    for family in distinct(rows().map(|row| &row.family)) {
+        let of_family = || rows().filter(|row| row.family == *family);
+        let cases = of_family().map(|row| row.cases).max();
+        let cells = cells(report, |level| {
+            of_family().filter(|row| row.level == level).map(|row| row.wrong).max()
+        });
+        text += &format!("{family:28}{:>8}{cells}\n", count(cases));
+    }
+    text += &format!("\n{:28}{:>8}{heads}\n", "wrong, by way", "cases");
+    for way in distinct(rows().map(|row| row.way)) {
+        let at = |level| rows().filter(move |row| row.way == way && row.level == level);
+        let cases: u32 = at(Accuracy::EXACT).map(|row| row.cases).sum();
+        let cells =
+            cells(report, |level| at(level).map(|row| row.wrong).reduce(|sum, wrong| sum + wrong));
+        text += &format!("{:28}{:>8}{cells}\n", way.to_string(), count(Some(cases)));
+    }
+    text
+}
+
+/// A number for each level, where there is one.
+fn cells(report: &Report, number: impl Fn(Accuracy) -> Option<u32>) -> String {
+    report.levels.iter().map(|&level| format!("{:>9}", count(number(level)))).collect()
+}
+
+fn count(number: Option<u32>) -> String {
+    number.map_or("-".to_owned(), |number| grouped(number.into()))
+}
+
+/// Each once, in the order of their first.
+fn distinct<T: PartialEq>(all: impl Iterator<Item = T>) -> Vec<T> {
+    let mut distinct = Vec::new();
+    for one in all {
+        if !distinct.contains(&one) {
+            distinct.push(one);
+        }
+    }
+    distinct
+}
+
+/// The first wrong answers, by file and line.
+fn blame(report: &Report) -> String {
+    const SHOWN: usize = 10;
+    let wrong = &report.wrong;
+    let mut text = format!("{} exact answers are wrong:", grouped(wrong.len() as u64));
+    for one in wrong.iter().take(SHOWN) {
+        let place = format!("{}:{}", one.suite, one.line);
+        text += &format!("\n  {place}: {} ({})", one.family, one.way);
+    }
+    if wrong.len() > SHOWN {
+        text += "\n  ...";
+    }
+    text
+}
