@@ -140,7 +140,8 @@ impl Assignment {
         let client = &self.clients[client];
         client.buffered() >= self.full_buffer()
             || client.buffered_bytes() >= self.limits.bytes
-            || self.next_scenario().is_none()
+            // What is suspicious does not go with the others.
+            || self.next_scenario().is_none_or(|next| self.deferred.contains(&next))
     }
 
     /// Takes back what a dead client has not answered. The scenario it died `at`, if it was at one,

@@ -1,3 +1,5 @@
+use std::collections::VecDeque;
+
 use proptest::prelude::*;
 
 use super::super::indicator::tests::row;
@@ -162,9 +164,12 @@ fn a_buffer_is_sent_when_its_subtrees_make_v_bytes() {
 /// The scenarios in the order in which one client answers them, up to the one that ends it.
 fn answers_until(assignment: &mut Assignment, end: u32) -> Vec<u32> {
     let mut order = Vec::new();
+    let mut tasks = VecDeque::new();
     loop {
-        while assign_next(assignment).is_some() {}
-        let task = take_task(assignment, 0).unwrap();
+        while assignment.can_assign() && assign_next(assignment).is_some() {
+            tasks.extend(take_task(assignment, 0));
+        }
+        let task: (u64, Vec<u32>) = tasks.pop_front().unwrap();
         for &scenario in &task.1 {
             if scenario == end {
                 return order;

@@ -185,18 +185,8 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Engine<T, L> {
         let state = &mut self.clients[client];
         let mut heard = Ok(());
         self.crew.receive(client, &mut |message| {
-            let said =
-                Reply::parse(message).map_err(BadReply::from).and_then(|reply| match reply {
-                    Reply::Ready => Ok(state.ready()?),
-                    Reply::Tree(_) => Ok(state.took_tree()),
-                    // All answers were taken before the run could end, but maybe not the last word.
-                    Reply::Answers { task, last: true, answers: [], .. } => {
-                        Ok(state.end_task(task)?)
-                    }
-                    Reply::Answers { task, .. } => {
-                        Err(Unexpected::Task { found: task, expected: None }.into())
-                    }
-                });
+            let said = Reply::parse(message).map_err(BadReply::from);
+            let said = said.and_then(|reply| Ok(heard_between_runs(state, &reply)?));
             if heard.is_ok() {
                 heard = said;
             }
@@ -239,6 +229,19 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Engine<T, L> {
     /// What a worker that died was given is gone with it.
     pub(super) fn forget_given(&mut self, client: usize) {
         self.given[client].clear();
+    }
+}
+
+/// All answers were taken before the run could end, but maybe not the last word of a task.
+fn heard_between_runs(state: &mut LocalClient, reply: &Reply<'_>) -> Result<(), Unexpected> {
+    match *reply {
+        Reply::Ready => state.ready(),
+        Reply::Tree(_) => {
+            state.took_tree();
+            Ok(())
+        }
+        Reply::Answers { task, last: true, answers: [], .. } => state.end_task(task),
+        Reply::Answers { task, .. } => Err(Unexpected::Task { found: task, expected: None }),
     }
 }
 
