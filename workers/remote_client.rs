@@ -11,7 +11,7 @@ use crate::geometry::Pose;
 use crate::scene::Slowdown;
 use crate::transport::{REPLY_BYTES, WorkerEnd};
 use crate::tree::descent::{Descent, DescentError, Pair};
-use crate::tree::roots::{PreAnalysis, RootPair};
+use crate::tree::roots::{Detached, PreAnalysis, RootPair};
 use crate::tree::{Accuracy, BoxDepth, Counts};
 use crate::wire::{AnswerRecord, Batch, CostRecord, Job, ReplyHeader, TreeRecord, Wanted};
 
@@ -27,8 +27,14 @@ pub fn serve<W: WorkerEnd, S: TreeStore<W>>(
     bookmark: &Bookmark,
 ) -> Result<(), WorkerError> {
     transport.send(&[bytemuck::bytes_of(&ReplyHeader::ready())])?;
-    let (descent, pairs) = (Descent::default(), Vec::new());
-    let mut calculator = Calculator { descent, pairs, slowdown, bookmark, has_answered: false };
+    let mut calculator = Calculator {
+        descent: Descent::default(),
+        pairs: Vec::new(),
+        boxes: None,
+        slowdown,
+        bookmark,
+        has_answered: false,
+    };
     loop {
         let message = transport.receive()?;
         match Job::parse(&message)? {
@@ -41,7 +47,10 @@ pub fn serve<W: WorkerEnd, S: TreeStore<W>>(
                 ])?;
             }
             Job::AddSubtree { tree, body } => store.add_subtree(tree, body)?,
-            Job::RemoveTree { tree } => store.remove(tree)?,
+            Job::RemoveTree { tree } => {
+                calculator.forget(tree);
+                store.remove(tree)?;
+            }
             Job::Scenarios(batch) => calculator.answer(&batch, transport, store)?,
         }
     }
@@ -62,13 +71,27 @@ struct Query<'a> {
 struct Calculator<'a> {
     descent: Descent,
     pairs: Vec<Pair>,
+    /// Of the last batch that asked for boxes at a depth, as long as both trees are here.
+    boxes: Option<(BoxesOf, Detached)>,
     slowdown: Slowdown,
     bookmark: &'a Bookmark,
     /// The first answer is sent at once: somebody waits to see one.
     has_answered: bool,
 }
 
+/// What pairs of boxes are pairs of, the fixed tree's and the moving one's.
+#[derive(Clone, Copy, PartialEq, Eq)]
+struct BoxesOf {
+    trees: [u32; 2],
+    depth: BoxDepth,
+}
+
 impl Calculator<'_> {
+    /// Before the tree is removed: another may come with its number.
+    fn forget(&mut self, tree: u32) {
+        self.boxes.take_if(|(of, _)| of.trees.contains(&tree));
+    }
+
     fn answer<W: WorkerEnd, S: TreeStore<W>>(
         &mut self,
         batch: &Batch<'_>,
@@ -76,7 +99,7 @@ impl Calculator<'_> {
         store: &S,
     ) -> Result<(), WorkerError> {
         let Batch { task, trees, wanted, .. } = *batch;
-        let mut boxes = None;
+        let mut boxes: Option<(BoxesOf, PreAnalysis<'_>)> = None;
         if let Accuracy::Pairs(test) = wanted.accuracy {
             self.descent.set_test(test);
         }
@@ -97,6 +120,9 @@ impl Calculator<'_> {
                 self.has_answered = true;
             }
         }
+        if let Some((of, analysis)) = boxes {
+            self.boxes = Some((of, analysis.detach()));
+        }
         Ok(results.finish(&mut send)?)
     }
 
@@ -105,7 +131,7 @@ impl Calculator<'_> {
         &mut self,
         query: &Query<'_>,
         store: &'s S,
-        boxes: &mut Option<PreAnalysis<'s>>,
+        boxes: &mut Option<(BoxesOf, PreAnalysis<'s>)>,
     ) -> Result<(AnswerRecord, Option<CostRecord>), WorkerError> {
         let begin = Instant::now();
         self.pairs.clear();
@@ -164,34 +190,49 @@ impl Calculator<'_> {
     }
 
     /// The pairs of boxes at a depth: those that came with the scenario, or those of a pre-analysis
-    /// of the worker's own, which is made for a whole batch.
+    /// of the worker's own, `boxes` from a batch's first scenario on.
     fn find_boxes<'s, W, S: TreeStore<W>>(
         &mut self,
         query: &Query<'_>,
         depth: BoxDepth,
         store: &'s S,
-        boxes: &mut Option<PreAnalysis<'s>>,
+        boxes: &mut Option<(BoxesOf, PreAnalysis<'s>)>,
     ) -> Result<Option<CostRecord>, WorkerError> {
-        let Query { trees: [fixed, moving], pose, roots, wanted, .. } = query;
+        let Query { trees, pose, roots, wanted, .. } = query;
         let begin = thread_ns();
         let tests = if let Some(roots) = roots {
-            let (fixed, moving) = (store.cut(*fixed)?, store.cut(*moving)?);
+            let [fixed, moving] = *trees;
+            let (fixed, moving) = (store.cut(fixed)?, store.cut(moving)?);
             self.descent.boxes_below(&fixed, &moving, pose, roots, &mut self.pairs)?;
             0
         } else {
-            if boxes.is_none() {
-                let (fixed, moving) = (store.whole(*fixed)?, store.whole(*moving)?);
-                if fixed.kind() != moving.kind() {
-                    let (fixed, moving) = (fixed.kind(), moving.kind());
-                    return Err(DescentError::Kinds { fixed, moving }.into());
-                }
-                *boxes = Some(PreAnalysis::new(fixed, depth.cut(), moving, depth.cut()));
-            }
-            let analysis = boxes.as_mut().expect("it was made above");
+            let (_, analysis) = match boxes {
+                Some(boxes) => boxes,
+                None => boxes.insert(self.boxes_of(BoxesOf { trees: *trees, depth }, store)?),
+            };
             analysis.boxes_that_meet(pose, &mut self.pairs)?
         };
         let counts = Counts { boxes: tests, ..Counts::default() };
         Ok(wanted.costs.then(|| CostRecord { counts, descent_ns: thread_ns() - begin }))
+    }
+
+    /// Those of the batch before, if they are these.
+    fn boxes_of<'s, W, S: TreeStore<W>>(
+        &mut self,
+        of: BoxesOf,
+        store: &'s S,
+    ) -> Result<(BoxesOf, PreAnalysis<'s>), WorkerError> {
+        let [fixed, moving] = of.trees;
+        let (fixed, moving) = (store.whole(fixed)?, store.whole(moving)?);
+        if fixed.kind() != moving.kind() {
+            let (fixed, moving) = (fixed.kind(), moving.kind());
+            return Err(DescentError::Kinds { fixed, moving }.into());
+        }
+        let analysis = match self.boxes.take_if(|(kept, _)| *kept == of) {
+            Some((_, kept)) => kept.attach(fixed, moving),
+            None => PreAnalysis::new(fixed, of.depth.cut(), moving, of.depth.cut()),
+        };
+        Ok((of, analysis))
     }
 
     /// Since then, and as on a machine that is slower by the slowdown.
@@ -237,7 +278,7 @@ mod tests {
         }
     }
 
-    /// Every tree is this one.
+    /// Every tree is this one, and a shorter one when one was removed.
     struct OneTree(TreeImage);
 
     impl TreeStore<Loopback> for OneTree {
@@ -249,8 +290,9 @@ mod tests {
             Err(WorkerError::Tree(tree))
         }
 
-        fn remove(&mut self, tree: u32) -> Result<(), WorkerError> {
-            Err(WorkerError::Tree(tree))
+        fn remove(&mut self, _: u32) -> Result<(), WorkerError> {
+            *self = ruler(2);
+            Ok(())
         }
 
         fn whole(&self, _: u32) -> Result<TreeView<'_>, WorkerError> {
@@ -262,14 +304,14 @@ mod tests {
         }
     }
 
-    /// Four triangles, a metre apart along x: moved by n metres, 4 - n of them are where others are.
-    fn ruler() -> OneTree {
+    /// Triangles, a metre apart along x: four of them moved by n metres, 4 - n are where others are.
+    fn ruler(count: u32) -> OneTree {
         let corners = |n: u32| {
             let x = f64::from(n);
             [[x, 0.0, 0.0], [x + 0.5, 0.0, 0.0], [x, 0.5, 0.0]]
         };
-        let vertices = (0..4).flat_map(corners).collect();
-        let faces = (0..4).map(|n| [3 * n, 3 * n + 1, 3 * n + 2]).collect();
+        let vertices = (0..count).flat_map(corners).collect();
+        let faces = (0..count).map(|n| [3 * n, 3 * n + 1, 3 * n + 2]).collect();
         let mesh = TriangleMesh::new(vertices, faces).unwrap();
         OneTree(build(&mesh, BuildOptions { kind: TreeKind::Obb }))
     }
@@ -279,9 +321,12 @@ mod tests {
     }
 
     fn batch(scenarios: &[(u32, Pose)], pairs: bool) -> Vec<u8> {
+        batch_wanting(scenarios, Wanted { pairs, ..Wanted::default() })
+    }
+
+    fn batch_wanting(scenarios: &[(u32, Pose)], wanted: Wanted) -> Vec<u8> {
         let record = |&(n, pose)| ScenarioRecord::new(n, pose, 0);
         let records: Vec<_> = scenarios.iter().map(record).collect();
-        let wanted = Wanted { pairs, ..Wanted::default() };
         let header = JobHeader::scenarios(9, [0, 1], records.len() as u32, false, wanted);
         [bytemuck::bytes_of(&header), bytemuck::cast_slice(&records)].concat()
     }
@@ -292,7 +337,7 @@ mod tests {
         let jobs = jobs.into_iter().chain([terminate]).collect();
         let mut transport = Loopback { jobs, ..Default::default() };
         let (bookmark, _) = Bookmark::new().unwrap();
-        serve(&mut transport, &mut ruler(), Slowdown::NONE, &bookmark)?;
+        serve(&mut transport, &mut ruler(4), Slowdown::NONE, &bookmark)?;
         assert_eq!(bookmark.scenario(), None);
         Ok(transport.replies)
     }
@@ -331,6 +376,25 @@ mod tests {
     }
 
     #[test]
+    fn boxes_are_kept_from_batch_to_batch_until_a_tree_of_theirs_is_removed() {
+        let at = |depth| {
+            let accuracy = Accuracy::BoxesAt(BoxDepth::new(depth).unwrap());
+            let wanted = Wanted { accuracy, ..Wanted::default() };
+            batch_wanting(&[(0, moved(0.0)), (1, moved(1.0))], wanted)
+        };
+        let remove = bytemuck::bytes_of(&JobHeader::remove_tree(1)).to_vec();
+        let jobs = vec![at(2), at(2), at(0), at(2), remove, at(2)];
+        let counts = replies(jobs).unwrap().iter().fold(Vec::new(), |mut counts, reply| {
+            if let Ok(Reply::Answers { answers, .. }) = Reply::parse(reply) {
+                counts.extend(answers.iter().map(|answer| answer.pair_count));
+            }
+            counts
+        });
+        // Four boxes of one triangle, one of all, and two.
+        assert_eq!(counts, [4, 3, 4, 3, 1, 1, 4, 3, 2, 1]);
+    }
+
+    #[test]
     fn a_damaged_batch_ends_the_worker_with_an_error() {
         assert!(matches!(replies(vec![vec![0; 32]]), Err(WorkerError::Wire(_))));
     }
@@ -343,7 +407,7 @@ mod tests {
         record[..size_of::<JobHeader>()].copy_from_slice(bytemuck::bytes_of(&from_roots));
         let mut transport = Loopback { jobs: [record].into(), ..Default::default() };
         let (bookmark, _) = Bookmark::new().unwrap();
-        let ended = serve(&mut transport, &mut ruler(), Slowdown::NONE, &bookmark);
+        let ended = serve(&mut transport, &mut ruler(4), Slowdown::NONE, &bookmark);
         assert!(matches!(ended, Err(WorkerError::Tree(0))));
         assert_eq!(bookmark.scenario(), Some(6));
     }

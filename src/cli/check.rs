@@ -1,5 +1,8 @@
 //! `bumper check`: hard cases, whose truth is known, through everything that answers.
 
+use std::collections::HashMap;
+use std::hash::Hash;
+
 use anyhow::{Context, anyhow};
 use serde::Serialize;
 
@@ -7,7 +10,7 @@ use super::args::CheckArgs;
 use super::failure::Failure;
 use super::summary_text::grouped;
 use super::terminal;
-use crate::hardcases::{Report, Suite, check};
+use crate::hardcases::{Report, Row, Suite, check};
 use crate::report::{Machine, Versions};
 use crate::tree::Accuracy;
 
@@ -49,27 +52,43 @@ fn to_json(report: &Report) -> String {
 
 /// Wrong answers by family, in the way that is wrong most often, and by way.
 fn tables(report: &Report) -> String {
-    let rows = || report.rows.iter();
     let heads: String =
         report.levels.iter().map(|level| format!("{:>9}", level.to_string())).collect();
     let mut text = format!("{:28}{:>8}{heads}\n", "wrong, by family", "cases");
-    for family in distinct(rows().map(|row| &row.family)) {
-        let of_family = || rows().filter(|row| row.family == *family);
-        let cases = of_family().map(|row| row.cases).max();
+    for (family, rows) in together(&report.rows, |row| row.family.as_str()) {
+        let cases = rows.iter().map(|row| row.cases).max();
         let cells = cells(report, |level| {
-            of_family().filter(|row| row.level == level).map(|row| row.wrong).max()
+            rows.iter().filter(|row| row.level == level).map(|row| row.wrong).max()
         });
         text += &format!("{family:28}{:>8}{cells}\n", count(cases));
     }
     text += &format!("\n{:28}{:>8}{heads}\n", "wrong, by way", "cases");
-    for way in distinct(rows().map(|row| row.way)) {
-        let at = |level| rows().filter(move |row| row.way == way && row.level == level);
+    for (way, rows) in together(&report.rows, |row| row.way) {
+        let at = |level| rows.iter().filter(move |row| row.level == level);
         let cases: u32 = at(Accuracy::EXACT).map(|row| row.cases).sum();
         let cells =
             cells(report, |level| at(level).map(|row| row.wrong).reduce(|sum, wrong| sum + wrong));
         text += &format!("{:28}{:>8}{cells}\n", way.to_string(), count(Some(cases)));
     }
     text
+}
+
+/// The rows of each key, the keys in the order of their first.
+fn together<'a, K: Copy + Eq + Hash>(
+    rows: &'a [Row],
+    key: impl Fn(&'a Row) -> K,
+) -> Vec<(K, Vec<&'a Row>)> {
+    let mut groups: Vec<(K, Vec<&Row>)> = Vec::new();
+    let mut places = HashMap::new();
+    for row in rows {
+        let key = key(row);
+        let place = *places.entry(key).or_insert_with(|| {
+            groups.push((key, Vec::new()));
+            groups.len() - 1
+        });
+        groups[place].1.push(row);
+    }
+    groups
 }
 
 /// A number for each level, where there is one.
@@ -79,17 +98,6 @@ fn cells(report: &Report, number: impl Fn(Accuracy) -> Option<u32>) -> String {
 
 fn count(number: Option<u32>) -> String {
     number.map_or("-".to_owned(), |number| grouped(number.into()))
-}
-
-/// Each once, in the order of their first.
-fn distinct<T: PartialEq>(all: impl Iterator<Item = T>) -> Vec<T> {
-    let mut distinct = Vec::new();
-    for one in all {
-        if !distinct.contains(&one) {
-            distinct.push(one);
-        }
-    }
-    distinct
 }
 
 /// The first wrong answers, by file and line.

@@ -1,17 +1,18 @@
 //! What accuracy costs in time, and what is wrong without it: the same scenarios at every level, on
 //! this thread, held against the exact answers.
 
-use std::collections::BTreeSet;
 use std::hint::black_box;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::contact_error::ContactErrors;
+use super::by_number::ByNumber;
+use super::contact_error::ContactError;
+use super::difference::Difference;
 use crate::effects::contacts;
 use crate::geometry::predicates::StageCounts;
 use crate::geometry::simd::SimdLevel;
 use crate::geometry::{Pose, TriangleTest};
 use crate::tree::descent::{Descent, DescentError, Pair};
-use crate::tree::roots::{DistributedRoot, PreAnalysis, RootPair};
+use crate::tree::roots::PreAnalysis;
 use crate::tree::{Accuracy, BoxDepth, Counts, TreeKind, TreeView};
 use crate::workers::clock::thread_ns;
 
@@ -23,7 +24,7 @@ const ROUNDS: usize = 3;
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct AccuracyRow {
     pub level: Accuracy,
-    /// Processor time of a scenario.
+    /// Processor time of a scenario, each the fastest of three warm runs of its pose.
     pub time_us: Times,
     /// Mean time over that of the exact level.
     pub over_exact: f64,
@@ -39,7 +40,10 @@ pub struct AccuracyRow {
     pub wrong_pairs: f64,
     /// Of the contact points of the exact pairs that it finds too. Boxes have none.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub contact_error_m: Option<ContactError>,
+    pub contact_error_m: Option<ContactErrors>,
+    /// Those of them for which plain floating point has no contact point, and so no error of one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub without_contact: Option<u64>,
     /// N_b: box tests of the mean scenario.
     pub box_tests: f64,
     /// N_p: triangle tests of the mean scenario.
@@ -59,11 +63,11 @@ pub struct Times {
     pub p99: f64,
 }
 
-/// Distance from the true contact points in metres; of the exact level the bound that is certified.
-/// In 32 bits the contact points are those of coordinates that are rounded as they are, far from the
-/// origin or not.
+/// Distance of a pair's contact points from the true ones in metres, the greatest in either
+/// direction; of the exact level the bound that is certified. In 32 bits the contact points are
+/// those of coordinates that are rounded as they are, far from the origin or not.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub struct ContactError {
+pub struct ContactErrors {
     pub median: f64,
     pub worst: f64,
 }
@@ -118,7 +122,7 @@ pub fn measure(
             levels.push(level);
         }
     }
-    let contact_errors = ContactErrors::new(load.fixed, load.moving);
+    let meshes = [ByNumber::new(load.fixed), ByNumber::new(load.moving)];
     let mut contenders: Vec<_> = levels.iter().map(|&level| Contender::new(level, load)).collect();
     let exact = levels.iter().position(|&l| l == Accuracy::EXACT).expect("it was added");
     let mut measured = Measured { rows: Vec::new(), scenarios: 0, pairs: 0, colliding: 0 };
@@ -126,7 +130,7 @@ pub fn measure(
         if interrupt.load(Ordering::Relaxed) {
             break;
         }
-        let truth = one_scenario(&mut contenders, &contact_errors, exact, pose)
+        let truth = one_scenario(&mut contenders, &meshes, exact, pose)
             .map_err(|source| AccuracyError { scenario, source })?;
         measured.scenarios += 1;
         measured.pairs += truth;
@@ -144,7 +148,7 @@ pub fn measure(
 /// of exact pairs.
 fn one_scenario(
     contenders: &mut [Contender<'_>],
-    contact_errors: &ContactErrors<'_>,
+    meshes: &[ByNumber<'_>; 2],
     exact: usize,
     pose: &Pose,
 ) -> Result<u64, DescentError> {
@@ -153,8 +157,8 @@ fn one_scenario(
     contacts::sort(&mut truth);
     for contender in &mut *contenders {
         contender.count(pose)?;
-        contender.compare(&truth);
-        contender.find_contact_errors(&truth, contact_errors, pose);
+        contender.compare(&truth, meshes);
+        contender.find_contact_errors(&truth, meshes, pose);
     }
     let mut fastest = vec![u64::MAX; contenders.len()];
     for _ in 0..ROUNDS {
@@ -188,8 +192,9 @@ struct Contender<'a> {
     false_misses: u32,
     missing: u64,
     extra: u64,
-    /// A number for each pair.
+    /// A number for each pair that has contact points.
     contact_errors: Vec<f64>,
+    without_contact: u64,
 }
 
 enum By<'a> {
@@ -220,6 +225,7 @@ impl<'a> Contender<'a> {
             missing: 0,
             extra: 0,
             contact_errors: Vec::new(),
+            without_contact: 0,
         }
     }
 
@@ -256,37 +262,39 @@ impl<'a> Contender<'a> {
     }
 
     /// Sorted exact pairs against those found last.
-    fn compare(&mut self, truth: &[Pair]) {
+    fn compare(&mut self, truth: &[Pair], meshes: &[ByNumber<'_>; 2]) {
         self.false_hits += u32::from(truth.is_empty() && !self.pairs.is_empty());
         self.false_misses += u32::from(!truth.is_empty() && self.pairs.is_empty());
-        let (missing, extra) = match &self.by {
-            By::Triangles(_) => {
-                contacts::sort(&mut self.pairs);
-                differing(truth, &self.pairs)
-            }
-            // All that is below them, and nothing else, is meant.
+        contacts::sort(&mut self.pairs);
+        let difference = match &self.by {
+            By::Triangles(_) => Difference::of_pairs(truth, &self.pairs),
             By::Boxes(analysis) => {
-                let stood_for = pairs_below(analysis, &self.pairs);
-                (0, stood_for - truth.len() as u64)
+                let roots = [analysis.fixed_roots(), analysis.moving_roots()];
+                Difference::of_boxes(truth, &self.pairs, roots, meshes)
             }
         };
-        self.missing += missing;
-        self.extra += extra;
+        self.missing += difference.missing;
+        self.extra += difference.extra;
     }
 
     /// After [`Contender::compare`], which has sorted what was found.
-    fn find_contact_errors(&mut self, truth: &[Pair], errors: &ContactErrors<'_>, pose: &Pose) {
+    fn find_contact_errors(&mut self, truth: &[Pair], meshes: &[ByNumber<'_>; 2], pose: &Pose) {
         let Accuracy::Pairs(test) = self.level else { return };
         let is_found = |pair: &&Pair| self.pairs.binary_search(pair).is_ok();
-        let found = truth.iter().filter(is_found);
-        self.contact_errors.extend(found.filter_map(|&pair| errors.of(test, pose, pair)));
+        for &pair in truth.iter().filter(is_found) {
+            match ContactError::of(test, meshes, pose, pair) {
+                Some(ContactError::Distance(metres)) => self.contact_errors.push(metres),
+                Some(ContactError::NoContact) => self.without_contact += 1,
+                None => {}
+            }
+        }
     }
 
-    fn contact_error(&self) -> Option<ContactError> {
+    fn contact_errors(&self) -> Option<ContactErrors> {
         let mut sorted = self.contact_errors.clone();
         sorted.sort_unstable_by(f64::total_cmp);
         let worst = *sorted.last()?;
-        Some(ContactError { median: sorted[(sorted.len() - 1) / 2], worst })
+        Some(ContactErrors { median: sorted[(sorted.len() - 1) / 2], worst })
     }
 
     fn times(&self) -> Times {
@@ -296,6 +304,12 @@ impl<'a> Contender<'a> {
         let us = |percent: usize| sorted[last * percent / 100] as f64 * 1e-3;
         let mean = sorted.iter().sum::<u64>() as f64 / sorted.len() as f64 * 1e-3;
         Times { mean, median: us(50), p99: us(99) }
+    }
+
+    /// In plain floating point.
+    fn is_plain(&self) -> bool {
+        use TriangleTest::{F32, F64};
+        matches!(self.level, Accuracy::Pairs(F32 | F64))
     }
 
     fn row(&self, exact_us: f64, pairs: u64) -> AccuracyRow {
@@ -312,7 +326,8 @@ impl<'a> Contender<'a> {
             missing: self.missing,
             extra: self.extra,
             wrong_pairs: (self.missing + self.extra) as f64 / pairs.max(1) as f64,
-            contact_error_m: self.contact_error(),
+            contact_error_m: self.contact_errors(),
+            without_contact: self.is_plain().then_some(self.without_contact),
             box_tests: mean(self.counts.boxes),
             triangle_tests: mean(self.counts.triangles),
             left_open: in_32_bits.then(|| mean(self.counts.exact)),
@@ -327,27 +342,9 @@ impl<'a> Contender<'a> {
     }
 }
 
-/// How many pairs of triangles lie below these pairs of boxes.
-fn pairs_below(analysis: &PreAnalysis<'_>, boxes: &[RootPair]) -> u64 {
-    let (fixed, moving) = (analysis.fixed_roots(), analysis.moving_roots());
-    let triangles =
-        |roots: &[DistributedRoot], root: u32| u64::from(roots[root as usize].triangles);
-    boxes.iter().map(|&[i, j]| triangles(fixed, i) * triangles(moving, j)).sum()
-}
-
-/// How many of the first are not among the second, and the other way round.
-fn differing(truth: &[Pair], found: &[Pair]) -> (u64, u64) {
-    if truth == found {
-        return (0, 0);
-    }
-    let [truth, found]: [BTreeSet<_>; 2] = [truth, found].map(|pairs| pairs.iter().collect());
-    (truth.difference(&found).count() as u64, found.difference(&truth).count() as u64)
-}
-
 /// What is compared if nothing else is asked for: a sweep of depths, then all that look at triangles.
 pub fn all_levels() -> Vec<Accuracy> {
     let at_depth = |depth| BoxDepth::new(depth).expect("far less than the deepest");
-    let tests = [TriangleTest::Boxes, TriangleTest::F32, TriangleTest::F64, TriangleTest::Exact];
     let depths = (2..=14).step_by(2).map(|depth| Accuracy::BoxesAt(at_depth(depth)));
-    depths.chain(tests.map(Accuracy::Pairs)).collect()
+    depths.chain(TriangleTest::ALL.map(Accuracy::Pairs)).collect()
 }

@@ -2,6 +2,8 @@
 //! an engine gets done.
 
 pub mod accuracy;
+mod by_number;
 mod contact_error;
+mod difference;
 pub mod latency;
 pub mod throughput;

@@ -18,10 +18,10 @@ pub fn coplanar_or_degenerate<S: Signs>(
     // A side that is not zero shows that the other triangle is proper; and as this one's own
     // plane has decided nothing, it is a segment across the other's plane.
     if sides_a != Sides::ON_PLANE {
-        return crossing_segment_meets(extremes(a), b, signs);
+        return crossing_segment_meets(ends(a), b, signs);
     }
     if sides_b != Sides::ON_PLANE {
-        return crossing_segment_meets(extremes(b), a, signs);
+        return crossing_segment_meets(ends(b), a, signs);
     }
     for axes in PROJECTIONS {
         let images = [project(a, axes), project(b, axes)];
@@ -48,7 +48,7 @@ fn crossing_segment_meets<S: Signs>(
 
 /// Two triangles without area.
 fn segments_meet<S: Signs>(a: &[[S::Scalar; 3]; 3], b: &[[S::Scalar; 3]; 3], signs: S) -> bool {
-    let ([p, q], [r, s]) = (extremes(a), extremes(b));
+    let ([p, q], [r, s]) = (ends(a), ends(b));
     if signs.orient3d(p, q, r, s).is_ne() {
         return false;
     }
@@ -98,19 +98,24 @@ pub(super) fn project<C: Scalar>(triangle: &[[C; 3]; 3], [x, y]: [usize; 2]) -> 
 }
 
 pub(super) fn collinear<S: Signs>(points: &[[S::Scalar; 2]], signs: S) -> bool {
-    let [low, high] = extremes(points);
+    let [low, high] = ends(points);
     points.iter().all(|p| signs.orient2d(low, high, p).is_eq())
 }
 
-/// The first and the last in lexicographic order, in which collinear points follow their line.
-fn extremes<P: PartialOrd>(points: &[P]) -> [&P; 2] {
-    let mut ends = [&points[0]; 2];
-    for p in points {
-        if p < ends[0] {
-            ends[0] = p;
+fn ends<P: PartialOrd>(points: &[P]) -> [&P; 2] {
+    extremes(points).map(|i| &points[i])
+}
+
+/// The numbers of the first and the last in lexicographic order, in which collinear points follow
+/// their line.
+pub(super) fn extremes<P: PartialOrd>(points: &[P]) -> [usize; 2] {
+    let mut ends = [0; 2];
+    for (i, p) in points.iter().enumerate() {
+        if *p < points[ends[0]] {
+            ends[0] = i;
         }
-        if p > ends[1] {
-            ends[1] = p;
+        if *p > points[ends[1]] {
+            ends[1] = i;
         }
     }
     ends

@@ -6,7 +6,7 @@ use super::triangle::{intersect_by, triangles_intersect};
 use super::{Point, Triangle};
 
 /// What it takes for two triangles to be a pair.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum TriangleTest {
     /// Their boxes meet: never misses a pair.
     Boxes,
@@ -21,6 +21,11 @@ pub enum TriangleTest {
     /// The closed triangles share a point: [`triangles_intersect`].
     #[default]
     Exact,
+}
+
+impl TriangleTest {
+    /// From the coarsest to exact.
+    pub const ALL: [Self; 4] = [Self::Boxes, Self::F32, Self::F64, Self::Exact];
 }
 
 /// A [`TriangleTest`] ready for the triangles of one pose.

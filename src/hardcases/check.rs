@@ -1,5 +1,6 @@
 //! Every case in every way there is to answer it.
 
+use std::collections::HashMap;
 use std::fmt;
 
 use rayon::prelude::*;
@@ -16,17 +17,13 @@ use crate::tree::descent::{Descent, Pair};
 use crate::tree::roots::PreAnalysis;
 use crate::tree::{Accuracy, BoxDepth, BuildOptions, TreeKind, TreeView, build};
 
-/// From the coarsest to exact.
-const TESTS: [TriangleTest; 4] =
-    [TriangleTest::Boxes, TriangleTest::F32, TriangleTest::F64, TriangleTest::Exact];
-
 /// Of the level that only looks at the boxes there.
 fn depth() -> BoxDepth {
     BoxDepth::new(4).expect("it is not too deep")
 }
 
 /// The code that answers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Way {
     /// The test of one triangle against another.
     Triangles,
@@ -105,9 +102,10 @@ struct Outcome<'a> {
 /// Answers every case of the suites at every level in every way that applies. `on_done` is told of
 /// some more cases that are done, from any thread.
 pub fn check(suites: &[Suite], on_done: &(dyn Fn(u64) + Sync)) -> Report {
-    let levels = [Accuracy::BoxesAt(depth())].into_iter().chain(TESTS.map(Accuracy::Pairs));
-    let mut report =
-        Report { levels: levels.collect(), cases: 0, rows: Vec::new(), wrong: Vec::new() };
+    let levels =
+        [Accuracy::BoxesAt(depth())].into_iter().chain(TriangleTest::ALL.map(Accuracy::Pairs));
+    let report = Report { levels: levels.collect(), cases: 0, rows: Vec::new(), wrong: Vec::new() };
+    let mut count = Count { report, rows: HashMap::new() };
     for suite in suites {
         let outcomes = match &suite.cases {
             Cases::Pairs(cases) => outcomes(cases, pair_case, on_done),
@@ -115,10 +113,10 @@ pub fn check(suites: &[Suite], on_done: &(dyn Fn(u64) + Sync)) -> Report {
             Cases::Transforms(cases) => outcomes(cases, transform_case, on_done),
         };
         for outcome in outcomes {
-            report.add(&suite.name, &outcome);
+            count.add(&suite.name, &outcome);
         }
     }
-    report
+    count.report
 }
 
 /// In the order of the cases.
@@ -137,31 +135,35 @@ fn outcomes<'a, C: Sync>(
     cases.par_chunks(TOGETHER).flat_map_iter(of_some).collect()
 }
 
-impl Report {
-    fn add(&mut self, suite: &str, outcome: &Outcome<'_>) {
-        let Outcome { family, line, answers } = outcome;
-        self.cases += 1;
+/// A report in the making.
+struct Count<'a> {
+    report: Report,
+    /// Where in the report each row is.
+    rows: HashMap<(&'a str, Accuracy, Way), usize>,
+}
+
+impl<'a> Count<'a> {
+    fn add(&mut self, suite: &str, outcome: &Outcome<'a>) {
+        let &Outcome { family, line, ref answers } = outcome;
+        self.report.cases += 1;
         for &(level, way, right) in answers {
             let row = self.row(family, level, way);
             row.cases += 1;
             row.wrong += u32::from(!right);
             if !right && level == Accuracy::EXACT {
-                let (suite, family) = (suite.to_owned(), (*family).to_owned());
-                self.wrong.push(Wrong { suite, line: *line, family, level, way });
+                let (suite, family) = (suite.to_owned(), family.to_owned());
+                self.report.wrong.push(Wrong { suite, line, family, level, way });
             }
         }
     }
 
-    fn row(&mut self, family: &str, level: Accuracy, way: Way) -> &mut Row {
-        let is_it = |row: &Row| row.family == family && row.level == level && row.way == way;
-        // The last families come most often.
-        let found = self.rows.iter().rposition(is_it);
-        let at = found.unwrap_or_else(|| {
-            let family = family.to_owned();
-            self.rows.push(Row { family, level, way, cases: 0, wrong: 0 });
-            self.rows.len() - 1
+    fn row(&mut self, family: &'a str, level: Accuracy, way: Way) -> &mut Row {
+        let rows = &mut self.report.rows;
+        let at = *self.rows.entry((family, level, way)).or_insert_with(|| {
+            rows.push(Row { family: family.to_owned(), level, way, cases: 0, wrong: 0 });
+            rows.len() - 1
         });
-        &mut self.rows[at]
+        &mut rows[at]
     }
 }
 
@@ -189,7 +191,7 @@ impl Descents {
             let images = meshes.map(|mesh| build(mesh, BuildOptions { kind }));
             let trees = images.each_ref().map(|image| image.view());
             for (_, simd, descent) in self.all.iter_mut().filter(|(of, ..)| *of == kind) {
-                for test in TESTS {
+                for test in TriangleTest::ALL {
                     descent.set_test(test);
                     let right = finds(descent, trees, pose, truth, &mut self.pairs);
                     answers.push((Accuracy::Pairs(test), Way::Trees(kind, *simd), right));
@@ -240,7 +242,7 @@ fn pair_case<'a>(descents: &mut Descents, case: &'a PairCase) -> Outcome<'a> {
     let filter = StaticFilter::for_extent([0, 1, 2].map(|k| high[k] - low[k]));
     let answer = |test| PreparedTest::new(test, filter, None).intersect(&case.a, &case.b);
     let right = |test| (Accuracy::Pairs(test), Way::Triangles, answer(test) == case.intersect());
-    let mut answers = TESTS.map(right).to_vec();
+    let mut answers = TriangleTest::ALL.map(right).to_vec();
     let meshes = [&case.a, &case.b].map(mesh_of);
     let truth: &[Pair] = if case.intersect() { &[[0, 0]] } else { &[] };
     answers.extend(descents.answers(meshes.each_ref(), &Pose::IDENTITY, truth));

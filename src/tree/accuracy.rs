@@ -7,7 +7,7 @@ use super::roots::Cut;
 use crate::geometry::TriangleTest;
 
 /// From the coarsest to the one that is never wrong.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Accuracy {
     /// `boxes(depth)`: pairs of boxes at this depth of both trees, or of leaves above it. They stand
     /// for all pairs of triangles below them: a conservative maybe.
@@ -17,7 +17,7 @@ pub enum Accuracy {
 }
 
 /// Depth in both trees, at most [`BoxDepth::MAX`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct BoxDepth(u8);
 
 impl BoxDepth {

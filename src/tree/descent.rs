@@ -54,7 +54,8 @@ impl Descent {
         Self::with(level, TriangleTest::Exact)
     }
 
-    /// As [`Descent::with_simd`]; a pair is what passes this test.
+    /// A pair is what passes this test, with these instructions for wide trees, or the best below
+    /// them that the processor has. [`TriangleTest::F32`] finds other pairs with others.
     pub fn with(level: SimdLevel, test: TriangleTest) -> Self {
         let (stack, seeds) = (Vec::new(), Vec::new());
         Self { level, test, counter: None, stack, wide: Box::default(), seeds }

@@ -80,6 +80,17 @@ impl Placement {
         StaticFilter::for_extent([self.leaf_reach; 3])
     }
 
+    /// Whether what is certain of leaves' triangles in 32 bits ([`super::wide`]) is far from what
+    /// over- and underflow make of determinants in plain f64.
+    ///
+    /// In 32 bits only determinants beyond 2^-120 are certain, in cubes of the fixed image's unit, and
+    /// only where nothing is more than 2^52 such units away. That makes less than 2^17 of them in the
+    /// reach: with the least one that is allowed, such a determinant is beyond 2^-920. What underflow
+    /// takes from one, and the reach that nothing overflows below, are in [`StaticFilter`].
+    pub fn suits_plain_f64(&self) -> bool {
+        (1e-75..=1e102).contains(&self.leaf_reach)
+    }
+
     #[inline(always)]
     fn slack(&self, ha: &Point, hb: &Point) -> f64 {
         let sum = ha[0] + ha[1] + ha[2] + self.stretch * (hb[0] + hb[1] + hb[2]);

@@ -7,16 +7,18 @@
 use std::cell::RefCell;
 use std::path::Path;
 
-use bumper::geometry::Pose;
+use bumper::geometry::{Pose, TriangleTest};
 use bumper::hardcases::{Cases, Suite};
 use bumper::mesh::{Format, TriangleMesh};
 use bumper::tree::descent::{Descent, Pair};
 use bumper::tree::roots::{Cut, PreAnalysis};
 use bumper::tree::subtree::{PartialTree, Subtrees};
-use bumper::tree::{Block, BuildOptions, Header, TreeImage, TreeKind, TreeView, build};
+use bumper::tree::{
+    Accuracy, Block, BoxDepth, BuildOptions, Header, TreeImage, TreeKind, TreeView, build,
+};
 use bumper::wire::{
-    AnswerRecord, InPlaceTree, Job, JobHeader, Reply, ReplyHeader, ScenarioRecord, TreeRecord,
-    Wanted,
+    AnswerRecord, Batch, InPlaceTree, Job, JobHeader, Reply, ReplyHeader, ScenarioRecord,
+    TreeRecord, Wanted,
 };
 use bytemuck::Zeroable;
 
@@ -208,14 +210,22 @@ pub fn batch(bytes: &[u8]) -> bool {
             let scenarios: Vec<&ScenarioRecord> = batch.iter().map(|(record, _)| record).collect();
             assert!(scenarios.windows(2).all(|w| w[0].scenario < w[1].scenario));
             assert!(scenarios.iter().all(|r| r.pose.rotation.iter().all(|x| x.is_finite())));
+            assert!(bytes.starts_with(bytemuck::bytes_of(&header_of(&batch))), "another batch");
             true
         }
     })
 }
 
+/// As the master would write it.
+fn header_of(batch: &Batch<'_>) -> JobHeader {
+    let from_roots = batch.iter().any(|(_, roots)| roots.is_some());
+    let &Batch { task, trees, wanted, .. } = batch;
+    JobHeader::scenarios(task, trees, batch.len() as u32, from_roots, wanted)
+}
+
 fn batch_seeds() -> Vec<Vec<u8>> {
-    let batch = |scenarios: &[u32], roots: u32| {
-        let wanted = Wanted { pairs: true, ..Wanted::default() };
+    let batch_at = |accuracy, scenarios: &[u32], roots: u32| {
+        let wanted = Wanted { accuracy, pairs: true, costs: false };
         let record = |&s: &u32| ScenarioRecord::new(s, Pose::IDENTITY, roots);
         let records: Vec<_> = scenarios.iter().map(record).collect();
         let pairs: Vec<[u32; 2]> = (0..roots * records.len() as u32).map(|n| [n, n + 1]).collect();
@@ -227,6 +237,8 @@ fn batch_seeds() -> Vec<Vec<u8>> {
         ];
         parts.concat()
     };
+    let batch = |scenarios: &[u32], roots| batch_at(Accuracy::EXACT, scenarios, roots);
+    let deepest = BoxDepth::new(BoxDepth::MAX).expect("the deepest there is");
     let tree = |header: JobHeader, body: &[u8]| [bytemuck::bytes_of(&header), body].concat();
     let place = InPlaceTree { mesh: 3, cut: Cut::Depth(6) };
     vec![
@@ -234,6 +246,9 @@ fn batch_seeds() -> Vec<Vec<u8>> {
         batch(&[3], 0),
         batch(&[3, 4, u32::MAX], 0),
         batch(&[3, 4], 2),
+        batch_at(Accuracy::BoxesAt(deepest), &[3], 0),
+        batch_at(Accuracy::BoxesAt(deepest), &[3, 4], 2),
+        batch_at(Accuracy::Pairs(TriangleTest::F32), &[3, 4], 0),
         tree(JobHeader::add_tree(2), &place.to_bytes()),
         tree(JobHeader::remove_tree(2), &[]),
         tree(JobHeader::terminate(), &[]),

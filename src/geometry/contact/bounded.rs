@@ -3,6 +3,7 @@
 
 use super::crossing::{Crossing, Divider};
 use crate::geometry::Point;
+use crate::geometry::predicates::power_of_two;
 
 /// Half a unit in the last place of 1: the most a rounding adds to 1.
 const U: f64 = f64::EPSILON / 2.0;
@@ -127,9 +128,4 @@ fn sub(a: &Point, b: &Point) -> Point {
 #[inline]
 fn largest(values: [f64; 3]) -> f64 {
     values[0].abs().max(values[1].abs()).max(values[2].abs())
-}
-
-/// 2^exponent, for exponents of normal numbers.
-pub const fn power_of_two(exponent: i32) -> f64 {
-    f64::from_bits(((exponent + 1023) as u64) << 52)
 }

@@ -2,10 +2,10 @@
 
 use num_bigint::{BigInt, BigUint, Sign};
 
-use super::bounded::power_of_two;
 use super::crossing::{Crossing, Divider};
 use crate::geometry::Point;
 use crate::geometry::predicates::integer::decompose;
+use crate::geometry::predicates::power_of_two;
 
 /// The crossing with each coordinate the nearest f64, and at most how far it is off: half a unit
 /// in its last place, or nothing.

@@ -5,7 +5,7 @@ use std::cmp::Ordering;
 use super::Face;
 use super::collect::Collector;
 use super::crossing::{Crossing, Divider, Place};
-use crate::geometry::coplanar::{PROJECTIONS, collinear, project};
+use crate::geometry::coplanar::{PROJECTIONS, collinear, extremes, project};
 use crate::geometry::predicates::{Certain, Point2, Sides, StaticFilter, orient2d, orient3d};
 use crate::geometry::{Point, Triangle};
 
@@ -182,21 +182,6 @@ fn clearest_projection(a: &Triangle, b: &Triangle) -> [usize; 2] {
     };
     let mut projections = projections.into_iter().map(|(_, axes)| axes);
     projections.find(is_clear).unwrap_or(PROJECTIONS[0])
-}
-
-/// The numbers of the first and the last vertex in lexicographic order, in which collinear points
-/// follow their line.
-fn extremes(triangle: &Triangle) -> [usize; 2] {
-    let mut ends = [0; 2];
-    for i in 1..3 {
-        if triangle[i] < triangle[ends[0]] {
-            ends[0] = i;
-        }
-        if triangle[i] > triangle[ends[1]] {
-            ends[1] = i;
-        }
-    }
-    ends
 }
 
 fn orient(a: &Point, b: &Point, c: &Point, d: &Point) -> Ordering {

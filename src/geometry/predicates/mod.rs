@@ -179,6 +179,6 @@ fn all_within<'a>([low, high]: [f64; 2], coordinates: impl Iterator<Item = &'a f
 }
 
 /// 2^exponent, for exponents of normal numbers.
-const fn power_of_two(exponent: i32) -> f64 {
+pub const fn power_of_two(exponent: i32) -> f64 {
     f64::from_bits(((exponent + 1023) as u64) << 52)
 }

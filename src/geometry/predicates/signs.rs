@@ -96,7 +96,8 @@ impl<T: Tally> Signs for Certain<'_, T> {
 }
 
 /// The rounded determinant's sign at face value, as engines without exact arithmetic have it. What
-/// is no number counts as zero.
+/// is no number, as after an overflow, counts as zero; not so in the 32-bit kernel of wide trees, which
+/// has a test of its own.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FaceValue<S>(PhantomData<S>);
 

@@ -1,7 +1,7 @@
 use std::sync::OnceLock;
 
 /// Which instructions the kernel uses; all give the same pairs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum SimdLevel {
     Portable,

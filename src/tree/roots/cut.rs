@@ -101,6 +101,10 @@ impl<'a> CutTree<'a> {
         &self.roots
     }
 
+    pub(super) fn into_roots(self) -> Vec<DistributedRoot> {
+        self.roots.into_owned()
+    }
+
     pub(in crate::tree) fn tree(&self) -> &TreeView<'a> {
         &self.tree
     }

@@ -9,5 +9,5 @@ mod pre_analysis;
 mod top;
 
 pub use cut::{Cut, CutTree, DistributedRoot, RootError, RootPair, distributed_roots};
-pub use pre_analysis::PreAnalysis;
+pub use pre_analysis::{Detached, PreAnalysis};
 pub(super) use top::Top;

@@ -34,6 +34,39 @@ impl<'a> Side<'a> {
     fn tree(&self) -> &TreeView<'a> {
         self.cut.tree()
     }
+
+    fn detach(self) -> DetachedSide {
+        DetachedSide { roots: self.cut.into_roots(), top: self.top }
+    }
+}
+
+/// A [`PreAnalysis`] without its trees, to be kept where they are not borrowed for as long.
+#[derive(Debug)]
+pub struct Detached {
+    fixed: DetachedSide,
+    moving: DetachedSide,
+    queues: Box<Queues>,
+}
+
+#[derive(Debug)]
+struct DetachedSide {
+    roots: Vec<DistributedRoot>,
+    top: Vec<WideNode>,
+}
+
+impl DetachedSide {
+    fn attach(self, tree: TreeView<'_>) -> Side<'_> {
+        Side { cut: CutTree::from_roots(tree, self.roots), top: self.top }
+    }
+}
+
+impl Detached {
+    /// `fixed` and `moving`: the trees that it was made of, wherever they are now.
+    pub fn attach<'a>(self, fixed: TreeView<'a>, moving: TreeView<'a>) -> PreAnalysis<'a> {
+        let Self { fixed: fixed_side, moving: moving_side, queues } = self;
+        let (fixed, moving) = (fixed_side.attach(fixed), moving_side.attach(moving));
+        PreAnalysis { fixed, moving, queues }
+    }
 }
 
 impl<'a> PreAnalysis<'a> {
@@ -43,6 +76,11 @@ impl<'a> PreAnalysis<'a> {
         assert_eq!(fixed.kind(), moving.kind(), "trees of one scene are of one kind");
         let (fixed, moving) = (Side::new(fixed, fixed_cut), Side::new(moving, moving_cut));
         Self { fixed, moving, queues: Box::default() }
+    }
+
+    pub fn detach(self) -> Detached {
+        let Self { fixed, moving, queues } = self;
+        Detached { fixed: fixed.detach(), moving: moving.detach(), queues }
     }
 
     /// What a descent below root pairs starts from.

@@ -1,9 +1,11 @@
-//! What 32 bits say about triangles of two leaves whose boxes meet: only what is certain, or less.
+//! What 32 bits say about triangles of two leaves whose boxes meet: only what is certain, or less, or
+//! nothing.
 
 use super::face_value;
 use super::triangles::{self, Faced};
 use crate::geometry::TriangleTest;
 use crate::geometry::simd::Lanes;
+use crate::tree::placement::Placement;
 
 pub trait Decision: Copy {
     /// Only what is certain.
@@ -16,9 +18,9 @@ pub trait Decision: Copy {
 
 /// What is left open is decided by the test for it.
 #[derive(Clone, Copy, Debug)]
-pub struct Certain;
+pub struct OnlyCertain;
 
-impl Decision for Certain {
+impl Decision for OnlyCertain {
     const CERTAIN: Self = Self;
 
     #[inline(always)]
@@ -32,37 +34,41 @@ impl Decision for Certain {
 /// plain Rust for all.
 #[derive(Clone, Copy, Debug)]
 pub enum Chosen {
-    Certain,
+    OnlyCertain,
+    /// All left open.
+    Nothing,
     FaceValue,
     /// All whose boxes meet.
     Boxes,
 }
 
 impl Chosen {
-    pub fn of(test: TriangleTest) -> Self {
+    pub fn of(test: TriangleTest, placement: &Placement) -> Self {
         match test {
             TriangleTest::Boxes => Self::Boxes,
             TriangleTest::F32 => Self::FaceValue,
-            // What is certain is what plain 64 bits find as well: see `Bounds`, beside which their
-            // own errors are nothing.
-            TriangleTest::F64 | TriangleTest::Exact => Self::Certain,
+            // What is certain is what plain 64 bits find as well, whose own rounding is nothing
+            // beside `Bounds`, unless they leave their range.
+            TriangleTest::F64 if !placement.suits_plain_f64() => Self::Nothing,
+            TriangleTest::F64 | TriangleTest::Exact => Self::OnlyCertain,
         }
     }
 }
 
-impl From<Certain> for Chosen {
-    fn from(Certain: Certain) -> Self {
-        Self::Certain
+impl From<OnlyCertain> for Chosen {
+    fn from(OnlyCertain: OnlyCertain) -> Self {
+        Self::OnlyCertain
     }
 }
 
 impl Decision for Chosen {
-    const CERTAIN: Self = Self::Certain;
+    const CERTAIN: Self = Self::OnlyCertain;
 
     #[inline(always)]
     fn decide<L: Lanes>(self, l: L, faced: &Faced, pairs: [L::U; 2], valid: u32) -> [u32; 2] {
         match self {
-            Self::Certain => Certain.decide(l, faced, pairs, valid),
+            Self::OnlyCertain => OnlyCertain.decide(l, faced, pairs, valid),
+            Self::Nothing => [0, valid],
             Self::FaceValue => {
                 let [a, b] = faced.sides(l, pairs);
                 face_value::decide(l, &a, &b, valid)

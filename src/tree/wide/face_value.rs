@@ -1,4 +1,6 @@
 //! The test of [`super::triangles::decide`] without its bounds: every sign as 32 bits have it.
+//! Nothing overflows in a leaf's frame; a corner that is no number would fail a comparison, and so make
+//! no pair.
 
 use super::triangles::{Lead, Vector, cross, dot, dot_add, negated, sub};
 use crate::geometry::simd::{Lanes, three};

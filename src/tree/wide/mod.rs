@@ -35,7 +35,7 @@ use crate::geometry::simd::{self, SimdLevel};
 use crate::geometry::triangle_test::PreparedTest;
 use crate::geometry::{Pose, Triangle, TriangleTest};
 use build::build_binary;
-use decision::{Certain, Chosen, Decision};
+use decision::{Chosen, Decision, OnlyCertain};
 use descend::Descend;
 use in_64_bits::{Boxes, LeafPairsOnly, ToTriangles};
 use leaf_pairs::{LeafRooms, LeafStage, Leaves};
@@ -95,11 +95,11 @@ pub trait WideSink: Sink {
 }
 
 impl WideSink for All<'_> {
-    type Decision = Certain;
+    type Decision = OnlyCertain;
 }
 
 impl WideSink for Any {
-    type Decision = Certain;
+    type Decision = OnlyCertain;
 }
 
 /// The kernel of the other levels of accuracy.
@@ -142,8 +142,8 @@ pub fn descend<K: WideSink>(
         return boxes.descend(seeds, &mut to);
     };
     let descent = Descent32 { level, nodes, leaves, place: &place, seeds, by_rank };
-    match Chosen::of(query.test) {
-        Chosen::Certain => descent.run(rooms, K::Decision::CERTAIN, sink),
+    match Chosen::of(query.test, query.placement) {
+        Chosen::OnlyCertain => descent.run(rooms, K::Decision::CERTAIN, sink),
         // One kernel for all sinks.
         other => Gathered::for_sink(sink, |gathered| descent.run(rooms, other, gathered)),
     }
