@@ -156,17 +156,17 @@ fn orient2d_exact<T: Tally>(points: [&Point2; 3], tally: T) -> Ordering {
 }
 
 #[inline]
-fn sub<S: Scalar>(a: &[S; 3], b: &[S; 3]) -> [S; 3] {
+pub(super) fn sub<S: Scalar>(a: &[S; 3], b: &[S; 3]) -> [S; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
 #[inline]
-fn cross<S: Scalar>(a: [S; 3], b: [S; 3]) -> [S; 3] {
+pub(super) fn cross<S: Scalar>(a: [S; 3], b: [S; 3]) -> [S; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 #[inline]
-fn dot<S: Scalar>(a: [S; 3], b: [S; 3]) -> S {
+pub(super) fn dot<S: Scalar>(a: [S; 3], b: [S; 3]) -> S {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
@@ -179,6 +179,6 @@ fn all_within<'a>([low, high]: [f64; 2], coordinates: impl Iterator<Item = &'a f
 }
 
 /// 2^exponent, for exponents of normal numbers.
-const fn power_of_two(exponent: i32) -> f64 {
+pub(super) const fn power_of_two(exponent: i32) -> f64 {
     f64::from_bits(((exponent + 1023) as u64) << 52)
 }
