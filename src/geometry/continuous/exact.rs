@@ -20,14 +20,13 @@ pub fn first_contact<const N: usize>(
     tolerance: f64,
 ) -> Option<TimeOfImpact> {
     let motion = Motion::of(differences);
-    if motion.in_contact(Polynomial::sign_at_start) {
-        return Some(TimeOfImpact { earliest: 0.0, latest: 0.0 });
-    }
-    let first = motion.first_within(tolerance);
-    first.or_else(|| {
-        let at_end = motion.in_contact(Polynomial::sign_at_end);
-        at_end.then_some(TimeOfImpact { earliest: 1.0, latest: 1.0 })
-    })
+    let at_end = |sign: fn(&Polynomial) -> Ordering, time| {
+        let in_contact = sign(&motion.volume).is_eq() && motion.in_contact(sign);
+        in_contact.then_some(TimeOfImpact { earliest: time, latest: time })
+    };
+    at_end(Polynomial::sign_at_start, 0.0)
+        .or_else(|| motion.first_within(tolerance))
+        .or_else(|| at_end(Polynomial::sign_at_end, 1.0))
 }
 
 /// A polygon that moves, each axis times its own power of two: that changes no condition.
@@ -56,11 +55,8 @@ impl<const N: usize> Motion<N> {
         Self { corners, crosses, volume }
     }
 
-    /// At the time at which polynomials have these signs.
+    /// At the time at which polynomials have these signs, and the volume none.
     fn in_contact(&self, mut sign: impl FnMut(&Polynomial) -> Ordering) -> bool {
-        if sign(&self.volume).is_ne() {
-            return false;
-        }
         (0..3).all(|k| {
             let corners = self.corners.each_ref().map(|corner| sign(&corner[k]));
             let on_one_side =
@@ -77,11 +73,11 @@ impl<const N: usize> Motion<N> {
     fn first_within(&self, tolerance: f64) -> Option<TimeOfImpact> {
         let mut first: Option<TimeOfImpact> = None;
         for mut root in self.turning_points().into_iter().flat_map(Polynomial::roots) {
+            root.refine(tolerance);
             let later = first.is_some_and(|first| root.bounds()[0] >= first.latest);
             if later || !self.in_contact(|polynomial| root.sign_of(polynomial)) {
                 continue;
             }
-            root.refine(tolerance);
             let [from, to] = root.bounds();
             // The first of both is within what is the first of their bounds.
             first = Some(first.map_or(TimeOfImpact { earliest: from, latest: to }, |first| {
@@ -91,7 +87,7 @@ impl<const N: usize> Motion<N> {
         first
     }
 
-    /// Contact begins only at roots of these.
+    /// Contact begins only at roots of these, and the volume is zero there.
     fn turning_points(&self) -> Vec<&Polynomial> {
         if !self.volume.is_zero() {
             return vec![&self.volume];

@@ -30,20 +30,22 @@ impl Polynomial {
         self.0.last().map_or(Ordering::Equal, sign)
     }
 
+    /// By Horner's rule.
     fn sign_at(&self, time: &Time) -> Ordering {
-        let Self(one) = self.on(&[[time.before(), time.steps.clone()]]);
-        sign(&one[0])
+        let (before, after) = (time.before(), &time.steps);
+        let (mut value, mut power) = (BigInt::ZERO, BigInt::from(1));
+        for coefficient in self.0.iter().rev() {
+            value = value * after + coefficient * &power;
+            power *= &before;
+        }
+        sign(&value)
     }
 
-    /// On a part of [0, 1], stretched to the whole.
+    /// On a part of [0, 1], stretched to the whole: with 1-t and t replaced by their forms there.
     fn within(&self, Part { from }: &Part) -> Self {
         let to = from.next();
-        self.on(&[[from.before(), from.steps.clone()], [to.before(), to.steps]])
-    }
-
-    /// With 1-t and t replaced by forms that have these coefficients (Horner's rule).
-    fn on(&self, forms: &[[BigInt; 2]]) -> Self {
-        let [before, after] = [0, 1].map(|i| Self(forms.iter().map(|f| f[i].clone()).collect()));
+        let before = Self::linear(from.before(), to.before());
+        let after = Self::linear(from.steps.clone(), to.steps);
         let mut coefficients = self.0.iter().rev();
         let mut value = Self(coefficients.next().cloned().into_iter().collect());
         let mut power = Self(vec![BigInt::from(1)]);
@@ -114,10 +116,12 @@ impl Polynomial {
     /// The roots within (0, 1), each once, in no order (Collins & Akritas 1976).
     pub fn roots(&self) -> Vec<Root> {
         let inner = self.inner();
-        if inner.0.len() < 2 {
-            return Vec::new();
-        }
-        let (simple, _) = inner.divided_by(&inner.common(&inner.derivative()));
+        // A single change of signs is a simple root, none is none.
+        let simple = if inner.sign_changes() < 2 {
+            inner
+        } else {
+            inner.divided_by(&inner.common(&inner.derivative())).0
+        };
         let (mut roots, mut parts) = (Vec::new(), vec![Part::whole()]);
         while let Some(part) = parts.pop() {
             let within = simple.within(&part);
@@ -193,7 +197,7 @@ impl Part {
 /// A root within (0, 1).
 #[derive(Clone, Debug)]
 pub struct Root {
-    /// Has no multiple roots.
+    /// Of which it is a simple root.
     polynomial: Polynomial,
     /// At the start of the part that has the root.
     sign_before: Ordering,
@@ -210,6 +214,8 @@ enum Place {
 impl Root {
     /// The sign of another polynomial at this root.
     pub fn sign_of(&mut self, other: &Polynomial) -> Ordering {
+        // Each is cheaper than to look at the other polynomial again.
+        const HALVINGS: u32 = 8;
         let mut common = None;
         loop {
             let part = match &self.place {
@@ -220,12 +226,12 @@ impl Root {
             if within.sign_changes() == 0 {
                 return within.first_sign();
             }
-            // It has no other root of ours here, and none of its roots is multiple.
+            // It divides ours, which has one simple root here.
             let common = common.get_or_insert_with(|| self.polynomial.common(other));
             if common.within(part).sign_changes() % 2 == 1 {
                 return Ordering::Equal;
             }
-            self.halve();
+            (0..HALVINGS).for_each(|_| self.halve());
         }
     }
 
