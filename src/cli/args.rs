@@ -328,6 +328,10 @@ pub(super) struct CheckArgs {
     #[arg(long, value_name = "FILE", num_args = 1..)]
     pub suite: Vec<PathBuf>,
 
+    /// Files of continuous queries (when does a vertex meet a face, an edge an edge), instead
+    #[arg(long, value_name = "FILE", num_args = 1.., conflicts_with = "suite")]
+    pub ccd: Vec<PathBuf>,
+
     /// Print one JSON object
     #[arg(long)]
     pub json: bool,

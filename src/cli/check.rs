@@ -7,6 +7,7 @@ use anyhow::{Context, anyhow};
 use serde::Serialize;
 
 use super::args::CheckArgs;
+use super::check_ccd;
 use super::failure::Failure;
 use super::summary_text::grouped;
 use super::terminal;
@@ -18,18 +19,21 @@ const SCHEMA_VERSION: u32 = 1;
 
 /// What is printed with `--json`.
 #[derive(Serialize)]
-struct Json<'a> {
+struct Json<'a, R> {
     schema_version: u32,
     versions: Versions,
     machine: Machine,
     #[serde(flatten)]
-    report: &'a Report,
+    report: &'a R,
 }
 
 /// Fails if an exact answer is wrong; a suite that cannot be read is a usage error, so that the two
 /// have different exit codes.
 pub(super) fn run(args: &CheckArgs) -> Result<(), Failure> {
     terminal::log_to_stderr()?;
+    if !args.ccd.is_empty() {
+        return check_ccd::run(&args.ccd, args.json);
+    }
     let suites: Vec<Suite> = if args.suite.is_empty() {
         Suite::built_in().into()
     } else {
@@ -44,7 +48,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<(), Failure> {
     if report.wrong.is_empty() { Ok(()) } else { Err(Failure::Failed(anyhow!(blame(&report)))) }
 }
 
-fn to_json(report: &Report) -> String {
+pub(super) fn to_json(report: &impl Serialize) -> String {
     let (versions, machine) = (Versions::this(), Machine::this());
     let json = Json { schema_version: SCHEMA_VERSION, versions, machine, report };
     serde_json::to_string_pretty(&json).expect("string keys and plain values") + "\n"

@@ -4,6 +4,7 @@ mod accuracy;
 mod args;
 mod bench;
 mod check;
+mod check_ccd;
 mod clean;
 mod compare;
 mod failure;

@@ -2,6 +2,7 @@
 
 pub mod boxes;
 pub mod contact;
+pub mod continuous;
 mod coplanar;
 pub mod pose;
 pub mod predicates;

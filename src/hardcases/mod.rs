@@ -3,6 +3,7 @@
 //! "exact" means.
 
 mod check;
+pub mod continuous;
 mod text;
 
 use std::fs;
@@ -105,27 +106,12 @@ impl Suite {
     /// Of a file in one of the three forms, which its first line tells; it may be compressed.
     pub fn read(path: &Path) -> Result<Self, SuiteError> {
         let file = path.display().to_string();
-        let read = || -> io::Result<Option<Vec<u8>>> {
-            // Pipes and devices may never end.
-            fs::metadata(path)?.is_file().then(|| fs::read(path)).transpose()
-        };
-        match read() {
-            Ok(Some(bytes)) => Self::parse(&bytes, &file),
-            Ok(None) => Err(SuiteError::NotAFile { file }),
-            Err(source) => Err(SuiteError::Read { file, source }),
-        }
+        Self::parse(&content(path)?, &file)
     }
 
     /// As [`Suite::read`], of the content of a file that errors call `name`.
     pub fn parse(bytes: &[u8], name: &str) -> Result<Self, SuiteError> {
-        let file = || name.to_owned();
-        let text = gzip::decompressed(bytes)
-            .map_err(|source| SuiteError::Compressed { file: file(), source })?;
-        match text::parse(&text) {
-            Ok(Some(cases)) => Ok(Self { name: file(), cases }),
-            Ok(None) => Err(SuiteError::Empty { file: file() }),
-            Err((line, problem)) => Err(SuiteError::Line { file: file(), line, problem }),
-        }
+        Ok(Self { name: name.to_owned(), cases: parsed(bytes, name, text::parse)? })
     }
 
     /// 12,800 pairs of triangles, 60 of meshes and 2,000 placed points.
@@ -151,6 +137,33 @@ impl Suite {
     /// Never.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+}
+
+/// Of a regular file: pipes and devices may never end.
+fn content(path: &Path) -> Result<Vec<u8>, SuiteError> {
+    let file = path.display().to_string();
+    let read = || fs::metadata(path)?.is_file().then(|| fs::read(path)).transpose();
+    match read() {
+        Ok(Some(bytes)) => Ok(bytes),
+        Ok(None) => Err(SuiteError::NotAFile { file }),
+        Err(source) => Err(SuiteError::Read { file, source }),
+    }
+}
+
+/// What is in a file that errors call `name`, which may be compressed.
+fn parsed<T>(
+    bytes: &[u8],
+    name: &str,
+    parse: impl FnOnce(&[u8]) -> text::Parsed<Option<T>>,
+) -> Result<T, SuiteError> {
+    let file = || name.to_owned();
+    let text = gzip::decompressed(bytes)
+        .map_err(|source| SuiteError::Compressed { file: file(), source })?;
+    match parse(&text) {
+        Ok(Some(cases)) => Ok(cases),
+        Ok(None) => Err(SuiteError::Empty { file: file() }),
+        Err((line, problem)) => Err(SuiteError::Line { file: file(), line, problem }),
     }
 }
 

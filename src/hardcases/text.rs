@@ -1,6 +1,7 @@
 //! The three forms of a suite's file: a word or line that is not as it should be is refused, and
 //! named by its line.
 
+use super::continuous::{Query, QueryKind};
 use super::{Cases, MeshCase, PairCase, TransformCase};
 use crate::geometry::contact::Kind;
 use crate::geometry::{Point, Pose, Triangle};
@@ -29,7 +30,7 @@ pub enum Problem {
 }
 
 /// With the line's number.
-type Parsed<T> = Result<T, (usize, Problem)>;
+pub type Parsed<T> = Result<T, (usize, Problem)>;
 
 /// `None` if there is nothing but comments.
 pub fn parse(bytes: &[u8]) -> Parsed<Option<Cases>> {
@@ -41,6 +42,13 @@ pub fn parse(bytes: &[u8]) -> Parsed<Option<Cases>> {
         _ => Cases::Pairs(all(first, lines, |l, _| pair_case(&l))?),
     };
     Ok(Some(cases))
+}
+
+/// Continuous queries; `None` if there is nothing but comments.
+pub fn parse_queries(bytes: &[u8]) -> Parsed<Option<Vec<Query>>> {
+    let mut lines = Lines { rest: text::Lines::new(text::without_byte_order_mark(bytes)), last: 0 };
+    let Some(first) = lines.next()? else { return Ok(None) };
+    all(first, lines, |line, _| query(&line)).map(Some)
 }
 
 /// A case for each line that begins one.
@@ -96,6 +104,14 @@ impl<'a> Line<'a> {
             }
         }
         Ok(numbers)
+    }
+
+    fn truth(&self, word: &str) -> Parsed<bool> {
+        match word {
+            "0" => Ok(false),
+            "1" => Ok(true),
+            other => self.refuse(unexpected("the truth, 0 or 1,", other)),
+        }
     }
 
     fn indices<const N: usize>(&self, words: [&'a str; N]) -> Parsed<[u32; N]> {
@@ -155,11 +171,7 @@ impl<'a> Lines<'a> {
 fn pair_case(line: &Line<'_>) -> Parsed<PairCase> {
     let [family, truth, kind, ..] = line.fields::<21>(&line.words)?;
     let numbers: [f64; 18] = line.numbers(&line.words[3..])?;
-    let intersect = match truth {
-        "0" => false,
-        "1" => true,
-        other => return line.refuse(unexpected("the truth, 0 or 1,", other)),
-    };
+    let intersect = line.truth(truth)?;
     let common = match kind {
         "none" => None,
         "point" => Some(Kind::Point),
@@ -175,6 +187,21 @@ fn pair_case(line: &Line<'_>) -> Parsed<PairCase> {
     let triangle = |from: usize| -> Triangle { [0, 1, 2].map(|corner| corners[from + corner]) };
     let family = family.to_owned();
     Ok(PairCase { line: line.number, family, common, a: triangle(0), b: triangle(3) })
+}
+
+/// `source kind truth h0 … h23`
+fn query(line: &Line<'_>) -> Parsed<Query> {
+    let [source, kind, truth, ..] = line.fields::<27>(&line.words)?;
+    let kind = match kind {
+        "vf" => QueryKind::VertexFace,
+        "ee" => QueryKind::EdgeEdge,
+        other => return line.refuse(unexpected("the kind, vf or ee,", other)),
+    };
+    let contact = line.truth(truth)?;
+    let numbers: [f64; 24] = line.numbers(&line.words[3..])?;
+    let (vertices, _) = numbers.as_chunks::<3>();
+    let [start, end] = [0, 4].map(|from| [0, 1, 2, 3].map(|vertex| vertices[from + vertex]));
+    Ok(Query { line: line.number, source: source.to_owned(), kind, contact, start, end })
 }
 
 const TRANSFORM_WORDS: usize = 22;

@@ -74,3 +74,67 @@ fn damaged_suites_are_usage_errors_that_name_file_and_line() {
     }
     refused(&place.run(&["check", "--suite"]), 2, &["--suite"]);
 }
+
+/// Vertex p falls through triangle v0 v1 v2, halfway.
+const FALL: &str = "mine/fall vf 1 \
+    3fd0000000000000 3fd0000000000000 3ff0000000000000 0000000000000000 0000000000000000 \
+    0000000000000000 3ff0000000000000 0000000000000000 0000000000000000 0000000000000000 \
+    3ff0000000000000 0000000000000000 \
+    3fd0000000000000 3fd0000000000000 bff0000000000000 0000000000000000 0000000000000000 \
+    0000000000000000 3ff0000000000000 0000000000000000 0000000000000000 0000000000000000 \
+    3ff0000000000000 0000000000000000\n";
+
+/// What the fall is not: both edges of the quadrilateral stay apart.
+fn miss() -> String {
+    FALL.replace("fall vf 1", "miss ee 0").replacen("3fd0000000000000", "4000000000000000", 4)
+}
+
+#[test]
+fn continuous_queries_are_counted_by_source() {
+    let place = Place::new();
+    let (one, two) = (place.write("one.txt", FALL), place.write("two.txt", &(miss() + &miss())));
+    let output = place.run(&["check", "--ccd", &one, &two]);
+    succeeded(&output);
+    let table = stdout(&output);
+    let heads = ["source", "queries", "missed", "extra", "time", "error", "ns", "a", "query"];
+    assert!(table.lines().next().unwrap().split_whitespace().eq(heads), "{table}");
+    for (source, queries) in [("mine/fall", "1"), ("mine/miss", "2"), ("all", "3")] {
+        let row = table.lines().find(|line| line.starts_with(source)).unwrap();
+        let cells: Vec<&str> = row.split_whitespace().collect();
+        assert_eq!(cells[1..4], [queries, "0", "0"], "{row}");
+    }
+    let output = place.run(&["check", "--json", "--ccd", &one, &two]);
+    succeeded(&output);
+    let report: Value = serde_json::from_str(&stdout(&output)).unwrap();
+    assert_eq!((&report["schema_version"], &report["total"]["queries"]), (&1.into(), &3.into()));
+    assert!(report["rows"][0]["worst_time_error"].as_f64().unwrap() < 1e-9);
+    assert!(report["rows"][1]["worst_time_error"].is_null());
+}
+
+#[test]
+fn wrong_answers_to_continuous_queries_are_told_with_exit_code_1() {
+    let place = Place::new();
+    let lines = FALL.replace("vf 1", "vf 0") + &miss().replace("ee 0", "ee 1");
+    let output = place.run(&["check", "--ccd", &place.write("mine.txt", &lines)]);
+    assert_eq!(output.status.code(), Some(1));
+    let error = stderr(&output);
+    assert!(error.contains("mine.txt:1: mine/fall (extra)"), "{error}");
+    assert!(error.contains("mine.txt:2: mine/miss (missed)"), "{error}");
+}
+
+#[test]
+fn damaged_continuous_queries_are_usage_errors() {
+    let place = Place::new();
+    let cases = [
+        (FALL.replace("vf", "fv"), "bad.txt:1: 'fv' where the kind, vf or ee, is wanted"),
+        (FALL.replace("vf 1", "vf 2"), "'2' where the truth, 0 or 1, is wanted"),
+        (FALL.replace("bff0", "7ff0"), "inf is not a finite number"),
+        (FALL[..300].to_owned(), "fields where 27 are wanted"),
+        ("# none\n".to_owned(), "there is no case in it"),
+    ];
+    for (text, words) in &cases {
+        refused(&place.run(&["check", "--ccd", &place.write("bad.txt", text)]), 2, &[words]);
+    }
+    let good = place.write("good.txt", FALL);
+    refused(&place.run(&["check", "--ccd", &good, "--suite", &good]), 2, &["--suite"]);
+}

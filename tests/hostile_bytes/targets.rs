@@ -8,6 +8,7 @@ use std::cell::RefCell;
 use std::path::Path;
 
 use bumper::geometry::{Pose, TriangleTest};
+use bumper::hardcases::continuous::QuerySuite;
 use bumper::hardcases::{Cases, Suite};
 use bumper::mesh::{Format, TriangleMesh};
 use bumper::tree::descent::{Descent, Pair};
@@ -328,11 +329,21 @@ fn mesh_seeds() -> Vec<Vec<u8>> {
     variants.map(seed).collect()
 }
 
-/// A file of hard cases.
+/// A file of hard cases or of continuous queries.
 pub fn suite(bytes: &[u8]) -> bool {
+    let finite = |numbers: &[f64]| assert!(numbers.iter().all(|c| c.is_finite()));
+    if let Ok(suite) = QuerySuite::parse(bytes, "queries") {
+        assert!(!suite.queries.is_empty());
+        suite.queries.iter().for_each(|query| {
+            finite(query.start.as_flattened());
+            finite(query.end.as_flattened());
+            // Any finite numbers have an answer.
+            query.answer(1e-9);
+        });
+        return true;
+    }
     let Ok(suite) = Suite::parse(bytes, "suite") else { return false };
     assert!(!suite.is_empty());
-    let finite = |numbers: &[f64]| assert!(numbers.iter().all(|c| c.is_finite()));
     match &suite.cases {
         Cases::Pairs(cases) => cases.iter().for_each(|case| {
             finite(case.a.as_flattened());
@@ -363,6 +374,7 @@ fn suite_seeds() -> Vec<Vec<u8>> {
         format!("# pairs\nany 1 point{}\n\nany 0 none{}\n", numbers(18), numbers(18)),
         format!("case twins_00 3 2 3 2 2\n{pose}{mesh}{mesh}p 0 1\np 1 0\n"),
         format!("{}\n{}", numbers(22), numbers(22)),
+        format!("mine vf 0{}\nmine ee 1{}", numbers(24), numbers(24)),
     ];
     texts.map(String::into_bytes).into()
 }

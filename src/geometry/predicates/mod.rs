@@ -156,17 +156,17 @@ fn orient2d_exact<T: Tally>(points: [&Point2; 3], tally: T) -> Ordering {
 }
 
 #[inline]
-fn sub<S: Scalar>(a: &[S; 3], b: &[S; 3]) -> [S; 3] {
+pub(super) fn sub<S: Scalar>(a: &[S; 3], b: &[S; 3]) -> [S; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
 #[inline]
-fn cross<S: Scalar>(a: [S; 3], b: [S; 3]) -> [S; 3] {
+pub(super) fn cross<S: Scalar>(a: [S; 3], b: [S; 3]) -> [S; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 #[inline]
-fn dot<S: Scalar>(a: [S; 3], b: [S; 3]) -> S {
+pub(super) fn dot<S: Scalar>(a: [S; 3], b: [S; 3]) -> S {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
