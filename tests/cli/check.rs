@@ -84,9 +84,9 @@ const FALL: &str = "mine/fall vf 1 \
     0000000000000000 3ff0000000000000 0000000000000000 0000000000000000 0000000000000000 \
     3ff0000000000000 0000000000000000\n";
 
-/// What the fall is not: both edges of the quadrilateral stay apart.
+/// It falls beside the triangle.
 fn miss() -> String {
-    FALL.replace("fall vf 1", "miss ee 0").replacen("3fd0000000000000", "4000000000000000", 4)
+    FALL.replace("fall vf 1", "miss vf 0").replace("3fd0000000000000", "4000000000000000")
 }
 
 #[test]
@@ -114,7 +114,7 @@ fn continuous_queries_are_counted_by_source() {
 #[test]
 fn wrong_answers_to_continuous_queries_are_told_with_exit_code_1() {
     let place = Place::new();
-    let lines = FALL.replace("vf 1", "vf 0") + &miss().replace("ee 0", "ee 1");
+    let lines = FALL.replace("vf 1", "vf 0") + &miss().replace("vf 0", "vf 1");
     let output = place.run(&["check", "--ccd", &place.write("mine.txt", &lines)]);
     assert_eq!(output.status.code(), Some(1));
     let error = stderr(&output);
