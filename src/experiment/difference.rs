@@ -58,7 +58,7 @@ mod tests {
 
     #[test]
     fn a_pair_of_boxes_that_is_lost_is_seen_by_the_pairs_below_it() {
-        let mesh = "builtin:blocks?triangles=200".parse::<MeshSource>().unwrap().load().unwrap();
+        let mesh = "builtin:blocks?triangles=350".parse::<MeshSource>().unwrap().load().unwrap();
         let pose = Pose { translation: [0.75, 0.0, 0.25], ..Pose::IDENTITY };
         for kind in TreeKind::ALL {
             let image = build(&mesh, BuildOptions { kind });
