@@ -1,3 +1,4 @@
 //! What a scene can ask of a scenario; one file an effect.
 
 pub mod contacts;
+pub mod response;
