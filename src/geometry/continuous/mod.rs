@@ -17,7 +17,7 @@
 //! the corners are equal, which the second does. On a line through the origin all cross products
 //! are zero, and the second condition is the whole truth.
 //!
-//! [`certified`] decides in f64 what bounds on rounding allow, [`exact`] the rest in integers.
+//! `certified` decides in f64 what bounds on rounding allow, `exact` the rest in integers.
 //! Published methods for the same queries: Provot 1997 (the cubic); Brochu, Edwards & Bridson 2012
 //! (exact parity, which counts even numbers of contacts as none); Wang et al. 2021 (inclusion,
 //! conservative).

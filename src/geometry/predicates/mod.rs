@@ -5,7 +5,7 @@
 //!    dimensions against a bound from its own two products;
 //! 2. two equal points, or all on a plane across an axis: zero; in two dimensions, signs of
 //!    differences that show which product is greater;
-//! 3. plain f64 where all coordinates are on a [`grid`] so coarse that nothing is rounded;
+//! 3. plain f64 where all coordinates are on a `grid` so coarse that nothing is rounded;
 //! 4. expansions, as long as the points need them (Shewchuk 1997, crate `robust`), while nothing
 //!    in them can under- or overflow;
 //! 5. integers without limit.
