@@ -11,7 +11,7 @@ use super::check_ccd;
 use super::failure::Failure;
 use super::summary_text::grouped;
 use super::terminal;
-use crate::hardcases::{Report, Row, Suite, check};
+use crate::hardcases::{Report, Row, Suite, Wrong, check};
 use crate::report::{Machine, Versions};
 use crate::tree::Accuracy;
 
@@ -45,7 +45,12 @@ pub(super) fn run(args: &CheckArgs) -> Result<(), Failure> {
     bar.finish_and_clear();
     let text = if args.json { to_json(&report) } else { tables(&report) };
     terminal::print(&text).context("cannot print the figures")?;
-    if report.wrong.is_empty() { Ok(()) } else { Err(Failure::Failed(anyhow!(blame(&report)))) }
+    if report.wrong.is_empty() {
+        return Ok(());
+    }
+    let place = |one: &Wrong| format!("{}:{}: {} ({})", one.suite, one.line, one.family, one.way);
+    let wrong = report.wrong.iter().map(place);
+    Err(Failure::Failed(anyhow!(blame("exact answers are wrong", wrong))))
 }
 
 pub(super) fn to_json(report: &impl Serialize) -> String {
@@ -104,16 +109,15 @@ fn count(number: Option<u32>) -> String {
     number.map_or("-".to_owned(), |number| grouped(number.into()))
 }
 
-/// The first wrong answers, by file and line.
-fn blame(report: &Report) -> String {
+/// The first of what is wrong.
+pub(super) fn blame(what: &str, wrong: impl ExactSizeIterator<Item = String>) -> String {
     const SHOWN: usize = 10;
-    let wrong = &report.wrong;
-    let mut text = format!("{} exact answers are wrong:", grouped(wrong.len() as u64));
-    for one in wrong.iter().take(SHOWN) {
-        let place = format!("{}:{}", one.suite, one.line);
-        text += &format!("\n  {place}: {} ({})", one.family, one.way);
+    let count = wrong.len();
+    let mut text = format!("{} {what}:", grouped(count as u64));
+    for one in wrong.take(SHOWN) {
+        text += &format!("\n  {one}");
     }
-    if wrong.len() > SHOWN {
+    if count > SHOWN {
         text += "\n  ...";
     }
     text

@@ -4,11 +4,11 @@ use std::path::PathBuf;
 
 use anyhow::{Context, anyhow};
 
-use super::check::to_json;
+use super::check::{blame, to_json};
 use super::failure::Failure;
 use super::summary_text::grouped;
 use super::terminal;
-use crate::hardcases::continuous::{QueryReport, QuerySuite, check};
+use crate::hardcases::continuous::{QueryReport, QuerySuite, WrongQuery, check};
 
 /// Fails if an answer is wrong.
 pub(super) fn run(files: &[PathBuf], json: bool) -> Result<(), Failure> {
@@ -20,7 +20,14 @@ pub(super) fn run(files: &[PathBuf], json: bool) -> Result<(), Failure> {
     bar.finish_and_clear();
     let text = if json { to_json(&report) } else { table(&report) };
     terminal::print(&text).context("cannot print the figures")?;
-    if report.wrong.is_empty() { Ok(()) } else { Err(Failure::Failed(anyhow!(blame(&report)))) }
+    if report.wrong.is_empty() {
+        return Ok(());
+    }
+    let place = |one: &WrongQuery| {
+        let what = if one.missed { "missed" } else { "extra" };
+        format!("{}:{}: {} ({what})", one.suite, one.line, one.source)
+    };
+    Err(Failure::Failed(anyhow!(blame("answers are wrong", report.wrong.iter().map(place)))))
 }
 
 fn table(report: &QueryReport) -> String {
@@ -39,21 +46,6 @@ fn table(report: &QueryReport) -> String {
             grouped(row.extra.into()),
             row.mean_ns
         );
-    }
-    text
-}
-
-/// The first wrong answers, by file and line.
-fn blame(report: &QueryReport) -> String {
-    const SHOWN: usize = 10;
-    let wrong = &report.wrong;
-    let mut text = format!("{} answers are wrong:", grouped(wrong.len() as u64));
-    for one in wrong.iter().take(SHOWN) {
-        let what = if one.missed { "missed" } else { "extra" };
-        text += &format!("\n  {}:{}: {} ({what})", one.suite, one.line, one.source);
-    }
-    if wrong.len() > SHOWN {
-        text += "\n  ...";
     }
     text
 }

@@ -3,6 +3,7 @@
 use std::error::Error;
 
 use plotters::coord::Shift;
+use plotters::coord::ranged1d::Ranged;
 use plotters::prelude::*;
 
 /// A line of a figure: its name, and (x, y).
@@ -42,11 +43,7 @@ pub fn log_log(labels: &Labels, series: &[Series]) -> Result<String, Box<dyn Err
         let mut chart = frame(&area, labels)
             .build_cartesian_2d((x.0..x.1).log_scale(), (y.0..y.1).log_scale())?;
         chart.configure_mesh().x_desc(labels.x).y_desc(labels.y).draw()?;
-        for (index, one) in series.iter().enumerate() {
-            let colour = COLOURS[index % COLOURS.len()];
-            let line = LineSeries::new(one.points.iter().copied(), colour.stroke_width(2));
-            chart.draw_series(line)?.label(&one.name).legend(key(colour));
-        }
+        draw(&mut chart, series, false)?;
         legend(&mut chart, SeriesLabelPosition::UpperLeft)?;
         area.present()?;
     }
@@ -62,13 +59,7 @@ pub fn linear(labels: &Labels, series: &[Series]) -> Result<String, Box<dyn Erro
         area.fill(&WHITE)?;
         let mut chart = frame(&area, labels).build_cartesian_2d(0.0..1.05 * x.1, 0.0..1.1 * y.1)?;
         chart.configure_mesh().x_desc(labels.x).y_desc(labels.y).draw()?;
-        for (index, one) in series.iter().enumerate() {
-            let colour = COLOURS[index % COLOURS.len()];
-            let marks = one.points.iter().map(|&point| Circle::new(point, 4, colour.filled()));
-            chart.draw_series(marks)?;
-            let line = LineSeries::new(one.points.iter().copied(), colour.stroke_width(2));
-            chart.draw_series(line)?.label(&one.name).legend(key(colour));
-        }
+        draw(&mut chart, series, true)?;
         legend(&mut chart, SeriesLabelPosition::UpperLeft)?;
         area.present()?;
     }
@@ -91,11 +82,7 @@ pub fn log_y(labels: &Labels, series: &[Series]) -> Result<String, Box<dyn Error
             .x_label_formatter(&|x| format!("{x}"))
             .y_label_formatter(&|y| format!("{y}"))
             .draw()?;
-        for (index, one) in series.iter().enumerate() {
-            let colour = COLOURS[index % COLOURS.len()];
-            let line = LineSeries::new(one.points.iter().copied(), colour.stroke_width(2));
-            chart.draw_series(line)?.label(&one.name).legend(key(colour));
-        }
+        draw(&mut chart, series, false)?;
         legend(&mut chart, SeriesLabelPosition::LowerRight)?;
         area.present()?;
     }
@@ -116,6 +103,29 @@ fn frame<'a, 'b>(area: &'b Area<'a>, labels: &Labels) -> ChartBuilder<'b, 'b, SV
 
 fn key(colour: RGBColor) -> impl Fn((i32, i32)) -> PathElement<(i32, i32)> {
     move |(x, y)| PathElement::new(vec![(x, y), (x + 20, y)], colour.stroke_width(2))
+}
+
+/// Each series in its colour, with a mark at every point if wanted.
+fn draw<'a, X, Y>(
+    chart: &mut ChartContext<'a, SVGBackend<'a>, Cartesian2d<X, Y>>,
+    series: &[Series],
+    marks: bool,
+) -> Result<(), Box<dyn Error>>
+where
+    X: Ranged<ValueType = f64>,
+    Y: Ranged<ValueType = f64>,
+    SVGBackend<'a>: 'a,
+{
+    for (index, one) in series.iter().enumerate() {
+        let colour = COLOURS[index % COLOURS.len()];
+        if marks {
+            let marks = one.points.iter().map(|&point| Circle::new(point, 4, colour.filled()));
+            chart.draw_series(marks)?;
+        }
+        let line = LineSeries::new(one.points.iter().copied(), colour.stroke_width(2));
+        chart.draw_series(line)?.label(&one.name).legend(key(colour));
+    }
+    Ok(())
 }
 
 fn legend<'a, C: CoordTranslate>(

@@ -3,7 +3,7 @@
 
 use super::crossing::{Crossing, Divider};
 use crate::geometry::Point;
-use crate::geometry::predicates::power_of_two;
+use crate::geometry::predicates::{power_of_two, sub};
 
 /// Half a unit in the last place of 1: the most a rounding adds to 1.
 const U: f64 = f64::EPSILON / 2.0;
@@ -118,11 +118,6 @@ impl Divider<'_> {
             }
         }
     }
-}
-
-#[inline]
-fn sub(a: &Point, b: &Point) -> Point {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
 #[inline]

@@ -1,9 +1,10 @@
 //! The common set in floating point at face value, as other engines compute it: no bounds, signs as
 //! they come out. For measuring what exactness costs, and what it is worth.
 
-use std::ops::{Add, Div, Mul, Sub};
+use std::ops::Div;
 
 use super::Corners;
+use crate::geometry::predicates::{Scalar, cross, dot, sub};
 use crate::geometry::{Point, Triangle};
 
 /// What a plain engine in 64 bits finds, right or wrong.
@@ -17,26 +18,18 @@ pub fn plain_f32(a: &Triangle, b: &Triangle) -> Option<Corners> {
     intersection(&a, &b)
 }
 
-trait Scalar:
-    Copy
-    + Default
-    + PartialOrd
-    + Into<f64>
-    + Add<Output = Self>
-    + Sub<Output = Self>
-    + Mul<Output = Self>
-    + Div<Output = Self>
-{
+/// What it takes beyond signs.
+trait Real: Scalar + Into<f64> + Div<Output = Self> {
     fn abs(self) -> Self;
 }
 
-impl Scalar for f32 {
+impl Real for f32 {
     fn abs(self) -> Self {
         self.abs()
     }
 }
 
-impl Scalar for f64 {
+impl Real for f64 {
     fn abs(self) -> Self {
         self.abs()
     }
@@ -45,10 +38,10 @@ impl Scalar for f64 {
 type Vector<S> = [S; 3];
 
 /// Möller, "A fast triangle-triangle intersection test" (1997), with the segment.
-fn intersection<S: Scalar>(a: &[Vector<S>; 3], b: &[Vector<S>; 3]) -> Option<Corners> {
+fn intersection<S: Real>(a: &[Vector<S>; 3], b: &[Vector<S>; 3]) -> Option<Corners> {
     let (normal_a, normal_b) = (normal(a), normal(b));
-    let distances_a = a.map(|p| dot(normal_b, sub(p, b[0])));
-    let distances_b = b.map(|p| dot(normal_a, sub(p, a[0])));
+    let distances_a = a.map(|p| dot(normal_b, sub(&p, &b[0])));
+    let distances_b = b.map(|p| dot(normal_a, sub(&p, &a[0])));
     let zero = S::default();
     for distances in [distances_a, distances_b] {
         if distances.iter().all(|&d| d > zero) || distances.iter().all(|&d| d < zero) {
@@ -75,7 +68,7 @@ fn intersection<S: Scalar>(a: &[Vector<S>; 3], b: &[Vector<S>; 3]) -> Option<Cor
 }
 
 /// Where a triangle meets the other's plane, the end with the smaller coordinate first.
-fn interval<S: Scalar>(
+fn interval<S: Real>(
     triangle: &[Vector<S>; 3],
     distances: [S; 3],
     axis: usize,
@@ -100,19 +93,15 @@ fn interval<S: Scalar>(
 }
 
 /// Sutherland & Hodgman's clipping (1974) of `b` by the edges of `a` in their plane.
-fn clipped<S: Scalar>(
-    a: &[Vector<S>; 3],
-    b: &[Vector<S>; 3],
-    normal: Vector<S>,
-) -> Option<Corners> {
+fn clipped<S: Real>(a: &[Vector<S>; 3], b: &[Vector<S>; 3], normal: Vector<S>) -> Option<Corners> {
     let mut polygon = Ring::of(b);
     for i in 0..3 {
-        let (from, along) = (a[i], sub(a[(i + 1) % 3], a[i]));
+        let (from, along) = (a[i], sub(&a[(i + 1) % 3], &a[i]));
         let inwards = cross(normal, along);
         let mut rest = Ring::of(&[]);
         for k in 0..polygon.count {
             let (p, q) = (polygon.points[k], polygon.points[(k + 1) % polygon.count]);
-            let [d, e] = [p, q].map(|x| dot(inwards, sub(x, from)));
+            let [d, e] = [p, q].map(|x| dot(inwards, sub(&x, &from)));
             if d >= S::default() {
                 rest.push(p);
             }
@@ -138,7 +127,7 @@ struct Ring<S> {
     count: usize,
 }
 
-impl<S: Scalar> Ring<S> {
+impl<S: Real> Ring<S> {
     fn of(points: &[Vector<S>]) -> Self {
         let mut ring = Self { points: [[S::default(); 3]; 9], count: 0 };
         points.iter().for_each(|&p| ring.push(p));
@@ -154,29 +143,17 @@ impl<S: Scalar> Ring<S> {
 }
 
 /// The point from `p` to `q` where a function that is `d` and `e` there vanishes.
-fn between<S: Scalar>(p: Vector<S>, q: Vector<S>, d: S, e: S) -> Vector<S> {
+fn between<S: Real>(p: Vector<S>, q: Vector<S>, d: S, e: S) -> Vector<S> {
     let t = d / (d - e);
-    let along = sub(q, p);
+    let along = sub(&q, &p);
     [p[0] + along[0] * t, p[1] + along[1] * t, p[2] + along[2] * t]
 }
 
-fn normal<S: Scalar>([p, q, r]: &[Vector<S>; 3]) -> Vector<S> {
-    cross(sub(*q, *p), sub(*r, *p))
+fn normal<S: Real>([p, q, r]: &[Vector<S>; 3]) -> Vector<S> {
+    cross(sub(q, p), sub(r, p))
 }
 
-fn largest_axis<S: Scalar>(v: Vector<S>) -> usize {
+fn largest_axis<S: Real>(v: Vector<S>) -> usize {
     let larger = |i: usize, j: usize| if v[j].abs() > v[i].abs() { j } else { i };
     larger(larger(0, 1), 2)
-}
-
-fn sub<S: Scalar>(a: Vector<S>, b: Vector<S>) -> Vector<S> {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-fn cross<S: Scalar>(a: Vector<S>, b: Vector<S>) -> Vector<S> {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-fn dot<S: Scalar>(a: Vector<S>, b: Vector<S>) -> S {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
