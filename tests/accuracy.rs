@@ -337,7 +337,8 @@ fn the_engine_obeys_the_level_over_every_transport() {
                 let mut options = options(2);
                 options.engine.transport = transport;
                 options.engine.start_from = start_from;
-                options.wanted = Wanted { accuracy, pairs: true, costs: false };
+                let pairs = Wanted::ALL_PAIRS;
+                options.wanted = Wanted { accuracy, pairs, ..Wanted::default() };
                 if let Accuracy::BoxesAt(depth) = accuracy {
                     options.cuts = [depth.cut(); 2];
                 } else {

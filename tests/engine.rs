@@ -42,7 +42,7 @@ fn counts_and_hashes_come_without_pairs_and_cost_fewer_bytes() {
     let scene = Scene::new(40, 60);
     let with_pairs = options(2);
     let mut without_pairs = options(2);
-    without_pairs.wanted.pairs = false;
+    without_pairs.wanted.pairs = 0;
     let (full, full_answers) = Place::new().run(&scene, &with_pairs, &GO_ON, |_| Ok(()));
     let (bare, bare_answers) = Place::new().run(&scene, &without_pairs, &GO_ON, |_| Ok(()));
     for (full, bare) in full_answers.iter().zip(&bare_answers) {

@@ -203,7 +203,7 @@ fn a_scenario_that_kills_three_workers_is_set_aside_and_the_rest_goes_on() {
     for transport in [Transport::Iceoryx2, Transport::Pipe] {
         let mut options = options(2);
         options.engine.transport = transport;
-        options.wanted.pairs = false;
+        options.wanted.pairs = 0;
         options.program = program.clone();
         let mut recorder = Recorder { answers: vec![], set_aside: vec![], on_result: |_| Ok(()) };
         let mut engine = start(options.engine.clone(), options.program.clone()).unwrap();

@@ -48,6 +48,8 @@ pub enum WorkerError {
     Subtree { tree: u32, source: SubtreeError },
     #[error("tree {0} is not here, or was added before")]
     Tree(u32),
+    #[error("plan {0} is not the one that is here")]
+    Plan(u32),
     #[error(transparent)]
     Descent(#[from] DescentError),
 }

@@ -7,13 +7,16 @@ use super::result_buffer::ResultBuffer;
 use super::tree_store::TreeStore;
 use super::{Bookmark, WorkerError};
 use crate::effects::contacts::{self, pairs_fnv1a64};
+use crate::effects::{Effects, Question};
 use crate::geometry::Pose;
 use crate::scene::Slowdown;
 use crate::transport::{REPLY_BYTES, WorkerEnd};
 use crate::tree::descent::{Descent, DescentError, Pair};
 use crate::tree::roots::{Detached, PreAnalysis, RootPair};
 use crate::tree::{Accuracy, BoxDepth, Counts};
-use crate::wire::{AnswerRecord, Batch, CostRecord, Job, ReplyHeader, TreeRecord, Wanted};
+use crate::wire::{
+    AnswerRecord, Batch, CostRecord, Job, PlanMessage, ReplyHeader, TreeRecord, Wanted,
+};
 
 /// Answers do not wait for others longer than that: by them the master sees that a worker with a
 /// long task is alive.
@@ -30,7 +33,9 @@ pub fn serve<W: WorkerEnd, S: TreeStore<W>>(
     let mut calculator = Calculator {
         descent: Descent::default(),
         pairs: Vec::new(),
+        words: Vec::new(),
         boxes: None,
+        planned: None,
         slowdown,
         bookmark,
         has_answered: false,
@@ -40,11 +45,14 @@ pub fn serve<W: WorkerEnd, S: TreeStore<W>>(
         match Job::parse(&message)? {
             Job::Terminate => return Ok(()),
             Job::AddTree { tree, body } => {
-                let record = TreeRecord::new(tree, store.add(transport, tree, body)?);
-                transport.send(&[
-                    bytemuck::bytes_of(&ReplyHeader::tree()),
-                    bytemuck::bytes_of(&record),
-                ])?;
+                let hash = store.add(transport, tree, body)?;
+                acknowledge(transport, TreeRecord::new(tree, hash))?;
+            }
+            Job::Plan { number, body } => {
+                let bytes = store.plan(transport, body)?;
+                let PlanMessage { plan, parts } = PlanMessage::parse(&bytes)?;
+                calculator.planned = Some(Planned { number, effects: Effects::new(plan), parts });
+                acknowledge(transport, TreeRecord::new(number, 0))?;
             }
             Job::AddSubtree { tree, body } => store.add_subtree(tree, body)?,
             Job::RemoveTree { tree } => {
@@ -54,6 +62,20 @@ pub fn serve<W: WorkerEnd, S: TreeStore<W>>(
             Job::Scenarios(batch) => calculator.answer(&batch, transport, store)?,
         }
     }
+}
+
+/// That a tree, or a plan, which has a number as trees have, was taken.
+fn acknowledge<W: WorkerEnd>(transport: &mut W, record: TreeRecord) -> Result<(), WorkerError> {
+    let header = ReplyHeader::tree();
+    Ok(transport.send(&[bytemuck::bytes_of(&header), bytemuck::bytes_of(&record)])?)
+}
+
+/// The plan that was taken last.
+struct Planned {
+    number: u32,
+    effects: Effects,
+    /// Trees that are neither the fixed nor the moving one.
+    parts: Vec<u32>,
 }
 
 /// One scenario, of which trees it is asked, and from where.
@@ -71,6 +93,9 @@ struct Query<'a> {
 struct Calculator<'a> {
     descent: Descent,
     pairs: Vec<Pair>,
+    /// What is sent beside the answer's record.
+    words: Vec<u64>,
+    planned: Option<Planned>,
     /// Of the last batch that asked for boxes at a depth, as long as both trees are here.
     boxes: Option<(BoxesOf, Detached)>,
     slowdown: Slowdown,
@@ -111,8 +136,7 @@ impl Calculator<'_> {
             let query = Query { scenario, trees, pose, roots, wanted };
             self.bookmark.put(scenario);
             let (answer, cost) = self.answer_one(&query, store, &mut boxes)?;
-            let pairs = if wanted.pairs { &self.pairs[..] } else { &[] };
-            results.push(answer, cost, pairs, &mut send)?;
+            results.push(answer, cost, &self.words, &mut send)?;
             self.bookmark.take_out();
             if !self.has_answered || sent.elapsed() > SIGN_OF_LIFE {
                 results.flush(&mut send)?;
@@ -126,7 +150,7 @@ impl Calculator<'_> {
         Ok(results.finish(&mut send)?)
     }
 
-    /// With the pairs in `self.pairs`.
+    /// With what is sent beside it in `self.words`.
     fn answer_one<'s, W, S: TreeStore<W>>(
         &mut self,
         query: &Query<'_>,
@@ -135,21 +159,24 @@ impl Calculator<'_> {
     ) -> Result<(AnswerRecord, Option<CostRecord>), WorkerError> {
         let begin = Instant::now();
         self.pairs.clear();
+        self.words.clear();
         let outcome = match query.wanted.accuracy {
+            Accuracy::Pairs(_) if query.wanted.overlap_only => self.overlap(query, store),
             Accuracy::Pairs(_) => self.descend(query, store),
             Accuracy::BoxesAt(depth) => self.find_boxes(query, depth, store, boxes),
         };
-        contacts::sort(&mut self.pairs);
-        let hash = pairs_fnv1a64(&self.pairs);
+        let outcome = outcome.and_then(|(count, cost)| {
+            let answer = self.say(query, count, store)?;
+            Ok((answer, cost))
+        });
         let compute_ns = self.elapsed_ns(begin);
         let Query { scenario, wanted, .. } = *query;
         match outcome {
-            Ok(cost) => {
-                let count = u32::try_from(self.pairs.len()).expect("fewer than 2^32 pairs");
+            Ok(((count, hash), cost)) => {
                 Ok((AnswerRecord::answered(scenario, count, hash, compute_ns), cost))
             }
             Err(WorkerError::Descent(DescentError::Overflow { triangle, corner })) => {
-                self.pairs.clear();
+                self.words.clear();
                 let cost = wanted.costs.then(CostRecord::default);
                 Ok((AnswerRecord::overflow(scenario, (triangle, corner), compute_ns), cost))
             }
@@ -157,12 +184,64 @@ impl Calculator<'_> {
         }
     }
 
-    /// What it took, if that is wanted.
+    /// Puts what is sent into `self.words`; the number of pairs and their hash.
+    fn say<W, S: TreeStore<W>>(
+        &mut self,
+        query: &Query<'_>,
+        found: u32,
+        store: &S,
+    ) -> Result<(u32, u64), WorkerError> {
+        let Query { trees: [fixed, moving], pose, wanted, .. } = *query;
+        let planned = match wanted.plan {
+            None => None,
+            Some(number) => {
+                let here = self.planned.as_mut().filter(|planned| planned.number == number);
+                Some(here.ok_or(WorkerError::Plan(number))?)
+            }
+        };
+        let mut count = found;
+        if let (Some(planned), false) = (&planned, wanted.overlap_only) {
+            planned.effects.keep(&mut self.pairs);
+            count = self.pairs.len() as u32;
+        }
+        contacts::sort(&mut self.pairs);
+        let sent = &self.pairs[..wanted.pairs_of(count) as usize];
+        self.words.extend(sent.iter().copied().map(bytemuck::cast::<Pair, u64>));
+        if let Some(planned) = planned {
+            let question = Question {
+                trees: [store.whole(fixed)?, store.whole(moving)?],
+                pose,
+                pairs: &self.pairs,
+                descent: &mut self.descent,
+            };
+            planned.effects.run(question, count > 0, &mut self.words)?;
+        }
+        Ok((count, pairs_fnv1a64(&self.pairs)))
+    }
+
+    /// The number of pairs is 0 or 1.
+    fn overlap<W, S: TreeStore<W>>(
+        &mut self,
+        query: &Query<'_>,
+        store: &S,
+    ) -> Result<(u32, Option<CostRecord>), WorkerError> {
+        let Query { trees: [fixed, moving], pose, roots, .. } = query;
+        let found = match roots {
+            None => self.descent.any_pair(&store.whole(*fixed)?, &store.whole(*moving)?, pose)?,
+            Some(roots) => {
+                let (fixed, moving) = (store.cut(*fixed)?, store.cut(*moving)?);
+                self.descent.any_pair_below(&fixed, &moving, pose, roots)?
+            }
+        };
+        Ok((found.into(), None))
+    }
+
+    /// The number of pairs, and what it took, if that is wanted.
     fn descend<W, S: TreeStore<W>>(
         &mut self,
         query: &Query<'_>,
         store: &S,
-    ) -> Result<Option<CostRecord>, WorkerError> {
+    ) -> Result<(u32, Option<CostRecord>), WorkerError> {
         let Self { descent, pairs, .. } = self;
         let Query { trees: [fixed, moving], pose, roots, wanted, .. } = query;
         let begin = thread_ns();
@@ -186,7 +265,8 @@ impl Calculator<'_> {
                 }
             }
         };
-        Ok(counts.map(|counts| CostRecord { counts, descent_ns: thread_ns() - begin }))
+        let cost = counts.map(|counts| CostRecord { counts, descent_ns: thread_ns() - begin });
+        Ok((found(&self.pairs), cost))
     }
 
     /// The pairs of boxes at a depth: those that came with the scenario, or those of a pre-analysis
@@ -197,7 +277,7 @@ impl Calculator<'_> {
         depth: BoxDepth,
         store: &'s S,
         boxes: &mut Option<(BoxesOf, PreAnalysis<'s>)>,
-    ) -> Result<Option<CostRecord>, WorkerError> {
+    ) -> Result<(u32, Option<CostRecord>), WorkerError> {
         let Query { trees, pose, roots, wanted, .. } = query;
         let begin = thread_ns();
         let tests = if let Some(roots) = roots {
@@ -213,7 +293,8 @@ impl Calculator<'_> {
             analysis.boxes_that_meet(pose, &mut self.pairs)?
         };
         let counts = Counts { boxes: tests, ..Counts::default() };
-        Ok(wanted.costs.then(|| CostRecord { counts, descent_ns: thread_ns() - begin }))
+        let cost = wanted.costs.then(|| CostRecord { counts, descent_ns: thread_ns() - begin });
+        Ok((found(&self.pairs), cost))
     }
 
     /// Those of the batch before, if they are these.
@@ -245,6 +326,10 @@ impl Calculator<'_> {
         }
         u64::try_from(begin.elapsed().as_nanos()).unwrap_or(u64::MAX)
     }
+}
+
+fn found(pairs: &[Pair]) -> u32 {
+    u32::try_from(pairs.len()).expect("fewer than 2^32 pairs")
 }
 
 #[cfg(test)]
@@ -295,6 +380,10 @@ mod tests {
             Ok(())
         }
 
+        fn plan(&mut self, _: &mut Loopback, body: &[u8]) -> Result<Vec<u8>, WorkerError> {
+            Ok(body.to_vec())
+        }
+
         fn whole(&self, _: u32) -> Result<TreeView<'_>, WorkerError> {
             Ok(self.0.view())
         }
@@ -321,6 +410,7 @@ mod tests {
     }
 
     fn batch(scenarios: &[(u32, Pose)], pairs: bool) -> Vec<u8> {
+        let pairs = if pairs { Wanted::ALL_PAIRS } else { 0 };
         batch_wanting(scenarios, Wanted { pairs, ..Wanted::default() })
     }
 
@@ -350,11 +440,11 @@ mod tests {
         let replies = replies(jobs).unwrap();
         let [ready, first, others] = &replies[..] else { panic!("{} messages", replies.len()) };
         assert_eq!(Reply::parse(ready), Ok(Reply::Ready));
-        let Ok(Reply::Answers { task: 9, last: false, answers, pairs, .. }) = Reply::parse(first)
+        let Ok(Reply::Answers { task: 9, last: false, answers, words, .. }) = Reply::parse(first)
         else {
             panic!("not the first answer");
         };
-        assert_eq!(pairs, [[2, 0], [3, 1]]);
+        assert_eq!(words, [[2_u32, 0], [3, 1]].map(bytemuck::cast::<Pair, u64>));
         assert_eq!((answers.len(), answers[0].scenario), (1, 3));
         assert_eq!(answers[0].pairs_fnv1a64, pairs_fnv1a64(&[[2, 0], [3, 1]]));
         let Ok(Reply::Answers { task: 9, last: true, answers, .. }) = Reply::parse(others) else {
@@ -368,10 +458,10 @@ mod tests {
     #[test]
     fn pairs_are_counted_and_hashed_but_not_sent_unless_asked_for() {
         let replies = replies(vec![batch(&[(0, moved(1.0))], false)]).unwrap();
-        let Ok(Reply::Answers { answers, pairs, .. }) = Reply::parse(&replies[1]) else {
+        let Ok(Reply::Answers { answers, words, .. }) = Reply::parse(&replies[1]) else {
             panic!("not answers");
         };
-        assert_eq!((answers[0].pair_count, pairs.len()), (3, 0));
+        assert_eq!((answers[0].pair_count, words.len()), (3, 0));
         assert_eq!(answers[0].pairs_fnv1a64, pairs_fnv1a64(&[[1, 0], [2, 1], [3, 2]]));
     }
 

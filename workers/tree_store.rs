@@ -10,7 +10,7 @@ use crate::transport::{GeometryInPlace, TransportError, WorkerEnd};
 use crate::tree::roots::CutTree;
 use crate::tree::subtree::PartialTree;
 use crate::tree::{KeptTree, TreeView};
-use crate::wire::InPlaceTree;
+use crate::wire::{InPlaceTree, published_plan};
 
 pub trait TreeStore<W> {
     /// The body is that of the message that adds the tree. Returns the hash of its image.
@@ -21,6 +21,10 @@ pub trait TreeStore<W> {
 
     fn remove(&mut self, tree: u32) -> Result<(), WorkerError>;
 
+    /// The bytes of a plan, from the body of the message that brings it.
+    fn plan(&mut self, transport: &mut W, body: &[u8]) -> Result<Vec<u8>, WorkerError>;
+
+    /// An error while parts of it are not here.
     fn whole(&self, tree: u32) -> Result<TreeView<'_>, WorkerError>;
 
     fn cut(&self, tree: u32) -> Result<CutTree<'_>, WorkerError>;
@@ -87,6 +91,10 @@ impl<W: GeometryInPlace> TreeStore<W> for Shared<W::Geometry> {
         self.trees.remove(&tree).map(drop).ok_or(WorkerError::Tree(tree))
     }
 
+    fn plan(&mut self, transport: &mut W, body: &[u8]) -> Result<Vec<u8>, WorkerError> {
+        Ok(transport.geometry(published_plan(body)?)?.to_vec())
+    }
+
     fn whole(&self, tree: u32) -> Result<TreeView<'_>, WorkerError> {
         self.trees.get(&tree).map(KeptTree::view).ok_or(WorkerError::Tree(tree))
     }
@@ -118,8 +126,12 @@ impl<W: WorkerEnd> TreeStore<W> for Received {
         self.0.remove(&tree).map(drop).ok_or(WorkerError::Tree(tree))
     }
 
+    fn plan(&mut self, _transport: &mut W, body: &[u8]) -> Result<Vec<u8>, WorkerError> {
+        Ok(body.to_vec())
+    }
+
     fn whole(&self, tree: u32) -> Result<TreeView<'_>, WorkerError> {
-        Err(WorkerError::Tree(tree))
+        self.0.get(&tree).and_then(PartialTree::whole).ok_or(WorkerError::Tree(tree))
     }
 
     fn cut(&self, tree: u32) -> Result<CutTree<'_>, WorkerError> {

@@ -6,6 +6,7 @@ use anyhow::anyhow;
 
 use super::args::{EngineArgs, RunArgs, SceneArgs};
 use super::failure::Failure;
+use crate::effects::PairsAsked;
 use crate::geometry::simd::SimdLevel;
 use crate::report::OutputDir;
 use crate::scene::{EngineOptions, Scenarios, Scene, SceneError};
@@ -28,6 +29,7 @@ impl Request {
     pub(super) fn new(args: RunArgs) -> Result<Self, Failure> {
         let scene = scene_of(&args.scene)?;
         check_accuracy(scene.accuracy, &args)?;
+        check_effects(&scene, &args)?;
         let cache_dir =
             if args.no_cache { None } else { args.cache_dir.clone().or_else(cache_dir) };
         let out = args.out.as_deref().map(OutputDir::prepare).transpose()?;
@@ -75,6 +77,29 @@ fn check_accuracy(accuracy: Accuracy, args: &RunArgs) -> Result<(), Failure> {
         return Err(Failure::usage(anyhow!(
             "--stats compares kinds of trees, which give the same answers only where these are \
              exact, not with {accuracy}: take exact"
+        )));
+    }
+    Ok(())
+}
+
+/// What does not go together with what the scene asks for.
+fn check_effects(scene: &Scene, args: &RunArgs) -> Result<(), Failure> {
+    let Scene { effects, accuracy, .. } = scene;
+    if matches!(accuracy, Accuracy::BoxesAt(_)) && !effects.is_contacts_only() {
+        return Err(Failure::usage(anyhow!(
+            "`effects`: accuracy {accuracy} finds boxes that meet, and no triangles to look at: take \
+             boxes, f32, f64 or exact"
+        )));
+    }
+    if args.contacts && effects.pairs == PairsAsked::Overlap {
+        return Err(Failure::usage(anyhow!(
+            "--contacts: the scene asks for overlap alone, which stops at the first pair: leave \
+             `effects.overlap` out"
+        )));
+    }
+    if args.stats && !effects.is_contacts_only() {
+        return Err(Failure::usage(anyhow!(
+            "--stats measures what finding all pairs costs: leave `effects` out of the scene"
         )));
     }
     Ok(())

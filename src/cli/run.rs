@@ -14,12 +14,13 @@ use super::failure::Failure;
 use super::prepare::{self, Both, Poses, Tree, timed};
 use super::request::Request;
 use super::{interrupt, summary_text, terminal};
+use crate::effects::{PairsAsked, Plan};
 use crate::geometry::Pose;
 use crate::mesh::TriangleMesh;
-use crate::report::{OutputDir, OutputError, ResultFiles, Summary, Tally, Times};
+use crate::report::{OutputDir, OutputError, Outputs, ResultFiles, Summary, Tally, Times};
 use crate::scene::{EngineOptions, Scene, WorkerCount};
 use crate::scheduler::client_manager::{
-    self, AnyEngine, EngineError, EngineReport, ResultSink, ScenarioResult, Work,
+    self, AnyEngine, EffectsWork, EngineError, EngineReport, ResultSink, ScenarioResult, Work,
 };
 use crate::tree::roots::Cut;
 use crate::tree::{BuildOptions, TreeKind};
@@ -38,6 +39,7 @@ pub(super) fn run(args: RunArgs) -> Result<(), Failure> {
     let (meshes, load_s) = timed(|| prepare::load(scene));
     let meshes = meshes?;
     interrupt::check(&interrupt)?;
+    let plan = scene.effects.plan([meshes.fixed(), meshes.moving()]).map_err(Failure::usage)?;
     let options = BuildOptions { kind: scene.tree };
     let (trees, build_s) = timed(|| prepare::build(&meshes, options, request.cache_dir.as_deref()));
     interrupt::check(&interrupt)?;
@@ -45,11 +47,23 @@ pub(super) fn run(args: RunArgs) -> Result<(), Failure> {
     let poses = poses?;
     interrupt::check(&interrupt)?;
 
-    let mut results = Results::new(request.out, request.contacts, request.stats, poses.len());
+    let outputs = Outputs {
+        contacts: request.contacts,
+        overlap_only: scene.effects.pairs == PairsAsked::Overlap,
+        layout: plan.layout(),
+    };
+    let mut results = Results::new(request.out, outputs, request.stats, poses.len());
     let job = Job {
         poses: &poses,
         cuts: scene.cuts(),
-        wanted: Wanted { accuracy: scene.accuracy, pairs: request.contacts, costs: request.stats },
+        wanted: Wanted {
+            accuracy: scene.accuracy,
+            overlap_only: scene.effects.overlap_is_enough(),
+            pairs: if request.contacts { scene.effects.most_pairs() } else { 0 },
+            costs: request.stats,
+            plan: None,
+        },
+        plan: (!plan.is_empty()).then_some(&plan),
         interrupt: &interrupt,
     };
     let report = answer(&mut *engine, &trees, &job, &mut results)
@@ -62,7 +76,7 @@ pub(super) fn run(args: RunArgs) -> Result<(), Failure> {
         (&results.measured, report.interrupted || !report.set_aside.is_empty())
     {
         let cache_dir = request.cache_dir.as_deref();
-        let job = Job { wanted: Wanted { pairs: false, ..job.wanted }, ..job };
+        let job = Job { wanted: Wanted { pairs: 0, ..job.wanted }, plan: None, ..job };
         let comparison = Comparison { meshes: &meshes, cache_dir, job };
         compared = comparison.with_others(&mut *engine, scene.tree, (trees, build_s), measured);
     }
@@ -93,6 +107,8 @@ pub(super) struct Job<'a> {
     /// Of the fixed and of the moving tree.
     pub cuts: [Cut; 2],
     pub wanted: Wanted,
+    /// Absent: pairs are all that is asked for.
+    pub plan: Option<&'a Plan>,
     pub interrupt: &'a AtomicBool,
 }
 
@@ -111,6 +127,7 @@ impl Job<'_> {
             moving: (*meshes.moving(), moving_cut),
             poses: self.poses,
             wanted: self.wanted,
+            effects: self.plan.map(|plan| EffectsWork { plan, parts: &[] }),
         };
         let report = engine.run(&work, sink, self.interrupt)?;
         // The answers are complete, whatever comes of it.
@@ -130,15 +147,15 @@ fn answer(
 ) -> Result<EngineReport, Failure> {
     let report = job.run(engine, trees, results);
     results.bar.finish_and_clear();
-    let contacts = results.files.as_mut().map_or(Ok(()), ResultFiles::finish_contacts);
-    // If both failed, the contacts did so for the same reason.
+    let tables = results.files.as_mut().map_or(Ok(()), ResultFiles::finish_tables);
+    // If both failed, the tables did so for the same reason.
     let report = report.map_err(|error| match (&results.files, error) {
         (Some(_), EngineError::Sink(error)) => {
             anyhow!("{error}; scenarios.csv keeps the scenarios that were answered before")
         }
         (_, error) => error.into(),
     })?;
-    contacts?;
+    tables?;
     Ok(report)
 }
 
@@ -195,21 +212,22 @@ struct Results {
     measured: Option<Measured>,
     /// Until the first result comes: what cannot begin must not cost an earlier run its files.
     out: Option<OutputDir>,
-    contacts: bool,
+    outputs: Outputs,
     files: Option<ResultFiles>,
     bar: ProgressBar,
 }
 
 impl Results {
-    fn new(out: Option<OutputDir>, contacts: bool, stats: bool, scenarios: usize) -> Self {
+    fn new(out: Option<OutputDir>, outputs: Outputs, stats: bool, scenarios: usize) -> Self {
         let bar = terminal::scenario_bar("running", scenarios);
         let measured = stats.then(Measured::default);
-        Self { tally: Tally::default(), measured, out, contacts, files: None, bar }
+        let tally = Tally::new(outputs.layout.clone());
+        Self { tally, measured, out, outputs, files: None, bar }
     }
 
     fn start_files(&mut self) -> Result<(), OutputError> {
         if let Some(out) = self.out.take() {
-            self.files = Some(out.start(self.contacts)?);
+            self.files = Some(out.start(self.outputs.clone())?);
         }
         Ok(())
     }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::report::{CostFit, Summary, TreeCosts};
+use crate::report::{CostFit, EffectSummary, Summary, TreeCosts};
 use crate::tree::Accuracy;
 use crate::tree::cache::CacheOutcome;
 
@@ -32,8 +32,23 @@ pub(super) fn summary_text(summary: &Summary) -> String {
     line("a scenario", format!("{} mean, {} p99", short(compute_us.mean), short(compute_us.p99)));
     line("workers", workers(summary));
     line("bytes copied", copied(summary));
+    if summary.effects.len() > 1 {
+        text += &effects_table(&summary.effects);
+    }
     if !summary.tree_costs.is_empty() {
         text += &cost_table(&summary.tree_costs);
+    }
+    text
+}
+
+/// A row an effect that was called for.
+fn effects_table(effects: &[EffectSummary]) -> String {
+    let mut text = "\neffect              scenarios        mean    all workers  work\n".to_owned();
+    for EffectSummary { effect, scenarios, compute_s, mean_us, work, work_unit } in effects {
+        let (scenarios, work) = (grouped((*scenarios).into()), grouped(*work));
+        let (mean, all) = (short(*mean_us), seconds(*compute_s));
+        writeln!(text, "{effect:<18}{scenarios:>11}{mean:>12}{all:>15}  {work} {work_unit}")
+            .expect("writing to a string does not fail");
     }
     text
 }

@@ -1,4 +1,65 @@
 //! What a scene can ask of a scenario; one file an effect.
+//!
+//! A [`Plan`] is the list of steps that a scene calls for, and nothing else is computed. Every step
+//! but the first is an [`Effect`], and a scenario that does not need it skips it.
 
+mod asked;
+mod calculator;
 pub mod contacts;
+pub mod layout;
+mod parts;
+mod plan;
 pub mod response;
+mod segments;
+
+pub use asked::{Asked, PairsAsked, Unplannable};
+pub use calculator::{Effects, Question};
+pub use parts::{NotRanges, Ranges};
+pub use plan::{Plan, Step, TABLES};
+
+use crate::geometry::Pose;
+use crate::tree::descent::{Descent, DescentError, Pair};
+use crate::tree::{ByNumber, Ranks, TreeView};
+use layout::{Note, StepLayout};
+
+/// One step of a plan, with what it keeps from scenario to scenario.
+pub trait Effect {
+    fn layout(&self) -> StepLayout;
+
+    /// Whether the scenario needs it, by what is known of it.
+    fn is_called_for(&self, known: &Known) -> bool;
+
+    /// How much work it was, in the unit of its layout.
+    fn run(
+        &mut self,
+        scenario: &mut Scenario<'_>,
+        known: &mut Known,
+        note: &mut Note<'_>,
+    ) -> Result<u64, DescentError>;
+}
+
+/// What effects are asked about.
+pub struct Scenario<'a> {
+    pub fixed: TreeView<'a>,
+    pub moving: TreeView<'a>,
+    pub pose: Pose,
+    /// Sorted, without those that are ignored; empty where only overlap is asked for.
+    pub pairs: &'a [Pair],
+    pub descent: &'a mut Descent,
+    pub ranks: &'a mut [Ranks; 2],
+}
+
+impl Scenario<'_> {
+    /// The fixed and the moving mesh's triangles, the moving ones not placed.
+    pub fn by_number(&mut self) -> [ByNumber<'_>; 2] {
+        let [fixed, moving] = self.ranks;
+        [fixed.of(&self.fixed), moving.of(&self.moving)]
+    }
+}
+
+/// What earlier steps have found out about a scenario.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Known {
+    /// Some triangles touch.
+    pub touching: bool,
+}

@@ -4,13 +4,13 @@
 use std::hint::black_box;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::by_number::ByNumber;
 use super::contact_error::ContactError;
 use super::difference::Difference;
 use crate::effects::contacts;
 use crate::geometry::predicates::StageCounts;
 use crate::geometry::simd::SimdLevel;
 use crate::geometry::{Pose, TriangleTest};
+use crate::tree::ByNumber;
 use crate::tree::descent::{Descent, DescentError, Pair};
 use crate::tree::roots::PreAnalysis;
 use crate::tree::{Accuracy, BoxDepth, Counts, TreeKind, TreeView};

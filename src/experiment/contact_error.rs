@@ -1,8 +1,8 @@
 //! How far the contact points of a level of accuracy are from the true ones.
 
-use super::by_number::ByNumber;
 use crate::geometry::contact::{certified, plain_f32, plain_f64};
 use crate::geometry::{Point, Pose, TriangleTest};
+use crate::tree::ByNumber;
 use crate::tree::descent::Pair;
 
 /// Of one pair that intersects.

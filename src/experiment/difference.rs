@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::by_number::ByNumber;
+use crate::tree::ByNumber;
 use crate::tree::descent::Pair;
 use crate::tree::roots::{DistributedRoot, RootPair};
 

@@ -2,7 +2,6 @@
 //! an engine gets done.
 
 pub mod accuracy;
-mod by_number;
 mod contact_error;
 mod difference;
 pub mod latency;

@@ -136,6 +136,7 @@ fn run(
     let is_one = Arc::ptr_eq(&load.fixed.0, &load.moving.0);
     let moving = if is_one { fixed } else { engine.add_mesh(Arc::clone(&load.moving.0))? };
     let work = Work {
+        effects: None,
         fixed: (fixed, load.fixed.1),
         moving: (moving, load.moving.1),
         poses: load.poses,

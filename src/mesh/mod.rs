@@ -29,3 +29,4 @@ pub use error::{FormatError, MeshError, Place, Problem};
 pub use format::Format;
 pub use source::MeshSource;
 pub use triangle_mesh::TriangleMesh;
+pub use weld::{Welded, weld};

@@ -5,13 +5,14 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::Summary;
-use super::parquet::ContactsFile;
+use super::parquet::{CONTACTS, TableFile};
 use super::scenarios_csv::{self, ScenariosCsv};
+use crate::effects::TABLES;
+use crate::effects::layout::{Layout, Table};
 use crate::scheduler::client_manager::ScenarioResult;
 
 const SUMMARY: &str = "summary.json";
 const SCENARIOS: &str = "scenarios.csv";
-const CONTACTS: &str = "contacts.parquet";
 
 #[derive(Debug, thiserror::Error)]
 pub enum OutputError {
@@ -32,8 +33,23 @@ pub enum OutputError {
     InUse { path: PathBuf },
 }
 
+/// What a run writes, beside its summary and its scenarios.
+#[derive(Clone, Debug, Default)]
+pub struct Outputs {
+    pub contacts: bool,
+    pub overlap_only: bool,
+    /// Of what effects say.
+    pub layout: Layout,
+}
+
+impl Outputs {
+    fn tables(&self) -> impl Iterator<Item = &'static Table> {
+        self.contacts.then_some(&CONTACTS).into_iter().chain(self.layout.tables())
+    }
+}
+
 /// A directory that results can be written to: a new one, an empty one, or one that holds an
-/// earlier run (its `scenarios.csv` starts with our header). Only files of the three names are ever
+/// earlier run (its `scenarios.csv` starts with our header). Only files of our names are ever
 /// replaced, and only when the first results are about to come. Nobody else has it meanwhile.
 #[derive(Debug)]
 pub struct OutputDir {
@@ -66,48 +82,74 @@ impl OutputDir {
         Ok(Self { path: path.to_owned(), lock })
     }
 
-    /// Replaces the files of an earlier run by new ones, `contacts.parquet` only `with_contacts`.
-    pub fn start(self, with_contacts: bool) -> Result<ResultFiles, OutputError> {
+    /// Replaces the files of an earlier run by new ones.
+    pub fn start(self, outputs: Outputs) -> Result<ResultFiles, OutputError> {
         let path = self.path.clone();
-        self.replace_files(with_contacts).map_err(|source| OutputError::Io { path, source })
+        self.replace_files(outputs).map_err(|source| OutputError::Io { path, source })
     }
 
-    fn replace_files(self, with_contacts: bool) -> io::Result<ResultFiles> {
-        for path in [SUMMARY, CONTACTS].map(|name| self.path.join(name)) {
+    fn replace_files(self, outputs: Outputs) -> io::Result<ResultFiles> {
+        let tables = TABLES.iter().chain([&CONTACTS.name]).map(|name| table_file(name));
+        for path in [SUMMARY.to_owned()].into_iter().chain(tables) {
+            let path = self.path.join(path);
             remove_if_there(&path)?;
             remove_if_there(&partial(&path))?;
         }
-        let scenarios = ScenariosCsv::create(&self.path.join(SCENARIOS))?;
-        let contacts = with_contacts
-            .then(|| ContactsFile::create(&partial(&self.path.join(CONTACTS))))
-            .transpose()?;
-        Ok(ResultFiles { folder: self.path, _lock: self.lock, scenarios, contacts })
+        let scenarios = ScenariosCsv::create(&self.path.join(SCENARIOS), &outputs)?;
+        let create = |table: &Table| {
+            let name = table_file(table.name);
+            let file = TableFile::create(&partial(&self.path.join(&name)), table)?;
+            Ok((name, file))
+        };
+        let tables = outputs.tables().map(create).collect::<io::Result<_>>()?;
+        Ok(ResultFiles { folder: self.path, _lock: self.lock, outputs, scenarios, tables })
     }
+}
+
+fn table_file(table: &str) -> String {
+    format!("{table}.parquet")
 }
 
 /// The files of a run that is going on.
 pub struct ResultFiles {
     folder: PathBuf,
     _lock: File,
+    outputs: Outputs,
     scenarios: ScenariosCsv,
-    contacts: Option<ContactsFile>,
+    /// With the names of their files: the contacts, if they are wanted, and those of the effects.
+    tables: Vec<(String, TableFile)>,
 }
 
 impl ResultFiles {
     /// In scenario order. After a failure, `scenarios.csv` holds all results before it.
     pub fn write(&mut self, result: &ScenarioResult<'_>) -> Result<(), OutputError> {
-        self.scenarios.write(result).map_err(|source| self.incomplete(SCENARIOS, source))?;
-        let Some(contacts) = &mut self.contacts else { return Ok(()) };
-        let written = contacts.write(result.scenario, result.pairs);
-        written.map_err(|source| self.give_up(CONTACTS, source))
+        let said = self.outputs.layout.read(result.effects).expect("checked as it came");
+        let written = self.scenarios.write(result, said.columns());
+        written.map_err(|source| self.incomplete(SCENARIOS, source))?;
+        let mut tables = self.tables.iter_mut();
+        let contacts = if self.outputs.contacts { tables.next() } else { None };
+        let contacts = contacts.into_iter().try_for_each(|(name, table)| {
+            let words = result.pairs.as_flattened().iter().copied().map(u64::from);
+            table.write(result.scenario, words).map_err(|error| (name.clone(), error))
+        });
+        let others = || {
+            tables.zip(said.tables()).try_for_each(|((name, table), (_, rows))| {
+                let words = rows.iter().copied();
+                table.write(result.scenario, words).map_err(|error| (name.clone(), error))
+            })
+        };
+        contacts.and_then(|()| others()).map_err(|(name, source)| self.give_up(&name, source))
     }
 
-    /// Completes the contacts: their file appears only now, as only now it can be read.
-    pub fn finish_contacts(&mut self) -> Result<(), OutputError> {
-        let Some(contacts) = self.contacts.take() else { return Ok(()) };
-        let path = self.folder.join(CONTACTS);
-        let finished = contacts.close().and_then(|()| fs::rename(partial(&path), path));
-        finished.map_err(|source| self.give_up(CONTACTS, source))
+    /// Completes the tables: their files appear only now, as only now they can be read.
+    pub fn finish_tables(&mut self) -> Result<(), OutputError> {
+        while !self.tables.is_empty() {
+            let (name, table) = self.tables.remove(0);
+            let path = self.folder.join(&name);
+            let finished = table.close().and_then(|()| fs::rename(partial(&path), path));
+            finished.map_err(|source| self.give_up(&name, source))?;
+        }
+        Ok(())
     }
 
     /// The last file to appear: a directory with a summary is complete.
@@ -122,9 +164,11 @@ impl ResultFiles {
 
     /// A part of a file that can only be read as a whole is of no use to anybody.
     fn give_up(&mut self, name: &str, source: io::Error) -> OutputError {
-        self.contacts = None;
-        // What made the file fail may make this fail: the first error is the one to tell.
-        let _ = remove_if_there(&partial(&self.folder.join(name)));
+        let others = self.tables.drain(..).map(|(name, _)| name);
+        for name in others.chain([name.to_owned()]) {
+            // What made the file fail may make this fail: the first error is the one to tell.
+            let _ = remove_if_there(&partial(&self.folder.join(name)));
+        }
         self.incomplete(name, source)
     }
 
@@ -172,7 +216,7 @@ mod tests {
         let refused = || OutputDir::prepare(place.path()).unwrap_err().to_string();
         let first = OutputDir::prepare(place.path()).unwrap();
         assert!(refused().contains("still going on"), "{}", refused());
-        let files = first.start(false).unwrap();
+        let files = first.start(Outputs::default()).unwrap();
         assert!(refused().contains("still going on"), "{}", refused());
         drop(files);
         OutputDir::prepare(place.path()).unwrap();
@@ -181,8 +225,9 @@ mod tests {
     #[test]
     fn contacts_that_do_not_fit_are_an_error_and_leave_no_part() {
         let place = tempfile::tempdir().unwrap();
-        let mut files = OutputDir::prepare(place.path()).unwrap().start(true).unwrap();
-        files.contacts = Some(ContactsFile::create(Path::new("/dev/full")).unwrap());
+        let outputs = Outputs { contacts: true, ..Outputs::default() };
+        let mut files = OutputDir::prepare(place.path()).unwrap().start(outputs).unwrap();
+        files.tables[0].1 = TableFile::create(Path::new("/dev/full"), &CONTACTS).unwrap();
         let pairs = [[1, 2]];
         let result = ScenarioResult {
             scenario: 0,
@@ -192,9 +237,10 @@ mod tests {
             cost: None,
             worker: 0,
             pairs: &pairs,
+            effects: &[],
         };
         files.write(&result).unwrap();
-        let refused = files.finish_contacts().unwrap_err().to_string();
+        let refused = files.finish_tables().unwrap_err().to_string();
         assert!(refused.contains("contacts.parquet") && refused.contains("space"), "{refused}");
         let names: Vec<_> =
             fs::read_dir(place.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();

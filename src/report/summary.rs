@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{ComputeTimes, Machine, Tally, TreeCosts};
+use super::{ComputeTimes, EffectSummary, Machine, Tally, TreeCosts};
 use crate::geometry::Point;
 use crate::geometry::simd::SimdLevel;
 use crate::mesh::TriangleMesh;
@@ -46,6 +46,8 @@ pub struct Summary {
     pub scenarios_per_s: f64,
     pub time: Times,
     pub compute_us: ComputeTimes,
+    /// The steps of the plan, in their order.
+    pub effects: Vec<EffectSummary>,
     /// With `--stats`: the tree kind of the scene, then the others.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub tree_costs: Vec<TreeCosts>,
@@ -176,6 +178,7 @@ impl Summary {
                 ..prepared
             },
             compute_us: tally.compute_times(),
+            effects: tally.effects(scene.effects.pairs.name()),
             tree_costs: Vec::new(),
             worker_reports: engine.workers,
             scene: scene.into(),

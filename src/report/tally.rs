@@ -1,5 +1,6 @@
 //! Running totals of results.
 
+use crate::effects::layout::Layout;
 use crate::scheduler::client_manager::ScenarioResult;
 
 #[derive(Clone, Debug, Default)]
@@ -8,6 +9,23 @@ pub struct Tally {
     pub pairs: u64,
     /// Nanoseconds, one entry a scenario.
     compute_ns: Vec<u64>,
+    layout: Layout,
+    /// Of the steps of the layout: the scenarios that needed it, nanoseconds, and work.
+    steps: Vec<(u32, u64, u64)>,
+}
+
+/// What one effect took, over all scenarios.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct EffectSummary {
+    pub effect: &'static str,
+    /// That needed it.
+    pub scenarios: u32,
+    /// Over all workers.
+    pub compute_s: f64,
+    /// Over the scenarios that needed it, in microseconds.
+    pub mean_us: f64,
+    pub work: u64,
+    pub work_unit: &'static str,
 }
 
 /// Time that a worker computed on one scenario, in microseconds.
@@ -20,7 +38,37 @@ pub struct ComputeTimes {
 }
 
 impl Tally {
+    /// Of results whose effects are laid out like that.
+    pub fn new(layout: Layout) -> Self {
+        Self { steps: vec![(0, 0, 0); layout.steps.len()], layout, ..Self::default() }
+    }
+
+    /// Of those effects that were called for, the pairs first.
+    pub fn effects(&self, pairs: &'static str) -> Vec<EffectSummary> {
+        let scenarios = self.compute_ns.len() as u32;
+        let others: u64 = self.steps.iter().map(|(_, ns, _)| ns).sum();
+        let pairs_ns = self.compute_ns.iter().sum::<u64>().saturating_sub(others);
+        let summary = |effect, (scenarios, ns, work), work_unit| EffectSummary {
+            effect,
+            scenarios,
+            compute_s: ns as f64 * 1e-9,
+            mean_us: ns as f64 * 1e-3 / f64::from(scenarios.max(1)),
+            work,
+            work_unit,
+        };
+        let first = summary(pairs, (scenarios, pairs_ns, self.pairs), "pairs found");
+        let steps = self.layout.steps.iter().zip(&self.steps);
+        let others = steps.map(|(step, &sums)| summary(step.name, sums, step.work_unit));
+        [first].into_iter().chain(others).collect()
+    }
+
     pub fn add(&mut self, result: &ScenarioResult<'_>) {
+        let said = self.layout.read(result.effects).expect("checked as it came");
+        for (sums, cost) in self.steps.iter_mut().zip(said.costs()) {
+            sums.0 += u32::from(cost.ns > 0);
+            sums.1 += cost.ns;
+            sums.2 += cost.work;
+        }
         self.colliding += u32::from(result.pair_count > 0);
         self.pairs += u64::from(result.pair_count);
         self.compute_ns.push(result.compute_ns);

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use toml::Spanned;
 
+use super::effects::{EffectsFile, PartFile};
 use super::random::RandomScenarios;
 use super::values::{buffer_kilobytes, buffer_scenarios, patience, positive, restarts};
 use super::{
@@ -39,15 +40,19 @@ struct SceneFile {
     scenarios: Spanned<ScenariosFile>,
     #[serde(default)]
     engine: EngineFile,
+    #[serde(default)]
+    effects: EffectsFile,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct BodyFile {
+pub(super) struct BodyFile {
     mesh: Spanned<String>,
     offset_m: Option<Spanned<[f64; 3]>>,
     depth: Option<Spanned<i64>>,
     subtree_triangles: Option<Spanned<i64>>,
+    #[serde(default)]
+    pub(super) parts: Vec<PartFile>,
 }
 
 #[derive(Default, Deserialize)]
@@ -121,12 +126,13 @@ impl Scene {
             accuracy: source.accuracy(file.accuracy.as_ref())?,
             scenarios: source.scenarios(&file.scenarios)?,
             engine: source.engine(&file.engine)?,
+            effects: source.asked(&file.effects, [&file.fixed, &file.moving])?,
         })
     }
 }
 
 /// The text that a scene is made from, to say where in it something is wrong.
-struct Source<'a> {
+pub(super) struct Source<'a> {
     text: &'a str,
     name: &'a str,
     folder: &'a Path,
@@ -274,7 +280,7 @@ impl Source<'_> {
         }
     }
 
-    fn checked<T: Copy, V, E: Display>(
+    pub(super) fn checked<T: Copy, V, E: Display>(
         &self,
         value: Option<&Spanned<T>>,
         key: &str,
@@ -287,7 +293,12 @@ impl Source<'_> {
         }
     }
 
-    fn wrong<T>(&self, value: &Spanned<T>, key: &str, reason: impl Display) -> SceneError {
+    pub(super) fn wrong<T>(
+        &self,
+        value: &Spanned<T>,
+        key: &str,
+        reason: impl Display,
+    ) -> SceneError {
         self.invalid(value.span().start, key, reason)
     }
 

@@ -1,5 +1,6 @@
 //! What to compute: a scene file becomes a validated [`Scene`], and its scenarios become poses.
 
+mod effects;
 mod engine;
 mod error;
 mod file;
@@ -19,6 +20,7 @@ pub use values::{
 use std::num::NonZeroU32;
 use std::path::PathBuf;
 
+use crate::effects::Asked;
 use crate::geometry::Point;
 use crate::mesh::MeshSource;
 use crate::tree::roots::Cut;
@@ -35,6 +37,7 @@ pub struct Scene {
     pub accuracy: Accuracy,
     pub scenarios: Scenarios,
     pub engine: EngineOptions,
+    pub effects: Asked,
 }
 
 impl Scene {

@@ -4,6 +4,7 @@ use super::assignment::Assignment;
 use super::local_client::Unexpected;
 use super::result_order::ResultOrder;
 use crate::effects::contacts::pairs_fnv1a64;
+use crate::effects::layout::{Layout, NotLaidOut};
 use crate::tree::TreeView;
 use crate::tree::descent::Pair;
 use crate::wire::{AnswerRecord, AnswerStatus, CostRecord, Reply, TreeRecord, Wanted, WireError};
@@ -16,6 +17,8 @@ pub enum Outcome {
         record: AnswerRecord,
         cost: Option<CostRecord>,
         pairs: Vec<Pair>,
+        /// As the layout of the plan has them.
+        effects: Vec<u64>,
     },
     Overflow {
         triangle: u32,
@@ -42,6 +45,8 @@ pub enum BadReply {
     Hash(u32),
     #[error("the cost of scenario {0} is missing, or was not asked for")]
     Cost(u32),
+    #[error("scenario {scenario}: {source}")]
+    Effects { scenario: u32, source: NotLaidOut },
 }
 
 /// What a good reply said.
@@ -66,21 +71,29 @@ pub struct Collection {
     /// The fixed and the moving one.
     trees: [KnownTree; 2],
     wanted: Wanted,
-    /// Per client the scenario whose pairs have come in part.
-    partial: Vec<Option<(u32, Vec<Pair>)>>,
+    /// Of what effects say.
+    layout: Layout,
+    /// Per client the scenario whose words have come in part.
+    partial: Vec<Option<(u32, Vec<u64>)>>,
     order: ResultOrder<Outcome>,
 }
 
 impl Collection {
     /// `trees` are the numbers that workers know them by.
-    pub fn new(clients: usize, trees: [u32; 2], views: [TreeView<'_>; 2], wanted: Wanted) -> Self {
+    pub fn new(
+        clients: usize,
+        trees: [u32; 2],
+        views: [TreeView<'_>; 2],
+        wanted: Wanted,
+        layout: Layout,
+    ) -> Self {
         let partial = vec![None; clients];
         let trees = [0, 1].map(|side: usize| KnownTree {
             number: trees[side],
             hash: views[side].hash(),
             triangles: views[side].triangle_count(),
         });
-        Self { trees, wanted, partial, order: ResultOrder::default() }
+        Self { trees, wanted, layout, partial, order: ResultOrder::default() }
     }
 
     pub fn take(
@@ -104,12 +117,12 @@ impl Collection {
                     }
                 }
             }
-            Reply::Answers { task, last, answers, costs, mut pairs } => {
+            Reply::Answers { task, last, answers, costs, mut words } => {
                 for (index, record) in answers.iter().enumerate() {
-                    let (here, rest) = pairs.split_at(record.pairs_here as usize);
+                    let (here, rest) = words.split_at(record.words_here as usize);
                     let answer = (record, costs.get(index).copied(), here);
                     self.take_answer(client, task, answer, assignment)?;
-                    pairs = rest;
+                    words = rest;
                 }
                 if last {
                     assignment.clients[client].end_task(task)?;
@@ -147,7 +160,7 @@ impl Collection {
         &mut self,
         client: usize,
         task: u64,
-        (record, cost, here): (&AnswerRecord, Option<CostRecord>, &[Pair]),
+        (record, cost, here): (&AnswerRecord, Option<CostRecord>, &[u64]),
         assignment: &mut Assignment,
     ) -> Result<(), BadReply> {
         let scenario = record.scenario;
@@ -157,7 +170,9 @@ impl Collection {
         }
         let outcome = match record.status() {
             AnswerStatus::Answered => match self.join(client, record, here)? {
-                Some(pairs) => Outcome::Answered { client, record: *record, cost, pairs },
+                Some((pairs, effects)) => {
+                    Outcome::Answered { client, record: *record, cost, pairs, effects }
+                }
                 None => return Ok(()),
             },
             AnswerStatus::Overflow { .. } if self.partial[client].is_some() => {
@@ -174,38 +189,47 @@ impl Collection {
         Ok(())
     }
 
-    /// All pairs of the scenario, once they are there.
+    /// The pairs of the scenario that are sent and what effects say, once all is there.
     fn join(
         &mut self,
         client: usize,
         record: &AnswerRecord,
-        here: &[Pair],
-    ) -> Result<Option<Vec<Pair>>, BadReply> {
+        here: &[u64],
+    ) -> Result<Option<(Vec<Pair>, Vec<u64>)>, BadReply> {
         let scenario = record.scenario;
-        let mut pairs = match self.partial[client].take() {
-            Some((begun, pairs)) if begun == scenario => pairs,
+        let mut words = match self.partial[client].take() {
+            Some((begun, words)) if begun == scenario => words,
             None => Vec::new(),
             Some(_) => return Err(BadReply::Pairs(scenario)),
         };
-        if pairs.len() != record.first_pair as usize {
+        if words.len() != record.first_word as usize {
             return Err(BadReply::Pairs(scenario));
         }
-        pairs.extend_from_slice(here);
-        if !self.wanted.pairs {
-            return if pairs.is_empty() { Ok(Some(pairs)) } else { Err(BadReply::Pairs(scenario)) };
-        }
-        if pairs.len() < record.pair_count as usize {
-            self.partial[client] = Some((scenario, pairs));
+        words.extend_from_slice(here);
+        if words.len() < record.words as usize {
+            self.partial[client] = Some((scenario, words));
             return Ok(None);
         }
+        let sent = self.wanted.pairs_of(record.pair_count) as usize;
+        let (pairs, effects) = words.split_at_checked(sent).ok_or(BadReply::Pairs(scenario))?;
+        let pairs: Vec<Pair> = pairs.iter().copied().map(bytemuck::cast).collect();
+        self.check_pairs(record, &pairs)?;
+        let layout = self.layout.read(effects);
+        layout.map_err(|source| BadReply::Effects { scenario, source })?;
+        Ok(Some((pairs, effects.to_vec())))
+    }
+
+    fn check_pairs(&self, record: &AnswerRecord, pairs: &[Pair]) -> Result<(), BadReply> {
+        let scenario = record.scenario;
         let in_range = |pair: &Pair| (0..2).all(|side| pair[side] < self.trees[side].triangles);
         if !pairs.is_sorted_by(|a, b| a < b) || !pairs.iter().all(in_range) {
             return Err(BadReply::WrongPairs(scenario));
         }
-        if pairs_fnv1a64(&pairs) != record.pairs_fnv1a64 {
+        let are_all = pairs.len() == record.pair_count as usize;
+        if are_all && !self.wanted.overlap_only && pairs_fnv1a64(pairs) != record.pairs_fnv1a64 {
             return Err(BadReply::Hash(scenario));
         }
-        Ok(Some(pairs))
+        Ok(())
     }
 }
 
@@ -220,8 +244,14 @@ mod tests {
     use crate::tree::{Accuracy, BuildOptions, TreeImage, TreeKind, build};
     use crate::wire::ReplyHeader;
 
-    const NOTHING: Wanted = Wanted { accuracy: Accuracy::EXACT, pairs: false, costs: false };
-    const PAIRS: Wanted = Wanted { pairs: true, ..NOTHING };
+    const NOTHING: Wanted = Wanted {
+        accuracy: Accuracy::EXACT,
+        overlap_only: false,
+        pairs: 0,
+        costs: false,
+        plan: None,
+    };
+    const PAIRS: Wanted = Wanted { pairs: Wanted::ALL_PAIRS, ..NOTHING };
     /// Numbers of the trees.
     const TREES: [u32; 2] = [7, 8];
 
@@ -240,7 +270,8 @@ mod tests {
         let mut assignment =
             Assignment::new(clients, 100, limits, matchmaker, SubtreeBytes::default());
         let tree = tree();
-        let mut collection = Collection::new(2, TREES, [tree.view(), tree.view()], wanted);
+        let views = [tree.view(), tree.view()];
+        let mut collection = Collection::new(2, TREES, views, wanted, Layout::default());
         for client in [0, 1] {
             let ready = parts::<u8>(&ReplyHeader::ready(), &[]);
             assert_eq!(collection.take(client, &ready, &mut assignment), Ok(Said::Ready));
@@ -257,11 +288,11 @@ mod tests {
         [bytemuck::bytes_of(header), bytemuck::cast_slice(records)].concat()
     }
 
-    /// Each record brings `pairs_here` pairs (scenario, running number).
+    /// Each record brings `words_here` pairs (scenario, running number).
     fn reply(task: u64, last: bool, records: &[AnswerRecord]) -> Vec<u8> {
         let pairs: Vec<Pair> = records
             .iter()
-            .flat_map(|r| (r.first_pair..r.first_pair + r.pairs_here).map(|n| [r.scenario, n]))
+            .flat_map(|r| (r.first_word..r.first_word + r.words_here).map(|n| [r.scenario, n]))
             .collect();
         let header = ReplyHeader::answers(task, records.len() as u32, pairs.len() as u32, last);
         [parts(&header, records), bytemuck::cast_slice(&pairs).to_vec()].concat()
@@ -270,7 +301,8 @@ mod tests {
     fn part(scenario: u32, count: u32, first: u32, here: u32) -> AnswerRecord {
         let pairs: Vec<Pair> = (0..count).map(|n| [scenario, n]).collect();
         let mut record = AnswerRecord::answered(scenario, count, pairs_fnv1a64(&pairs), 8);
-        (record.first_pair, record.pairs_here) = (first, here);
+        record.words = if here == 0 && first == 0 { 0 } else { count };
+        (record.first_word, record.words_here) = (first, here);
         record
     }
 

@@ -38,6 +38,11 @@ impl ClientIndicator {
         self.given.get(number as usize) == Some(&true)
     }
 
+    /// It was given a whole tree in one piece.
+    pub fn give_whole(&mut self) {
+        self.given = vec![true];
+    }
+
     /// Switches to 1 what the scenario adds, and tells `added` of each.
     pub fn give(&mut self, scenario: &TreeIndicator, mut added: impl FnMut(u32)) {
         if let Some(&(last, _)) = scenario.taking_part.last() {

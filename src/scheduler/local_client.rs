@@ -207,6 +207,11 @@ impl LocalClient {
         self.trees_awaited += 1;
     }
 
+    /// It is given one of the two trees in one piece before any scenario.
+    pub fn given_whole(&mut self, tree: usize) {
+        self.given[tree].give_whole();
+    }
+
     /// It says that it has taken one.
     pub fn took_tree(&mut self) {
         self.trees_awaited = self.trees_awaited.saturating_sub(1);

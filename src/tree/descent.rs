@@ -90,6 +90,19 @@ impl Descent {
         self.visit_below(fixed, moving, pose, roots, &mut All(pairs))
     }
 
+    /// As [`Descent::any_pair`], of what [`Descent::all_pairs_below`] finds.
+    pub fn any_pair_below(
+        &mut self,
+        fixed: &CutTree<'_>,
+        moving: &CutTree<'_>,
+        pose: &Pose,
+        roots: &[RootPair],
+    ) -> Result<bool, DescentError> {
+        let mut sink = Any::default();
+        self.visit_below(fixed, moving, pose, roots, &mut sink)?;
+        Ok(sink.found)
+    }
+
     /// As [`Descent::all_pairs_below`], and tells what it took.
     pub fn counted_pairs_below(
         &mut self,

@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod build;
+mod by_number;
 pub mod cache;
 pub mod descent;
 mod fit;
@@ -16,6 +17,7 @@ pub mod subtree;
 mod wide;
 
 pub use accuracy::{Accuracy, BoxDepth, NotAnAccuracy};
+pub use by_number::{ByNumber, Ranks};
 pub use image::{Block, FORMAT_VERSION, Header, ImageError, LeafTriangle, TreeImage, TreeView};
 pub use kept::KeptTree;
 pub use sink::Counts;

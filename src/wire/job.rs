@@ -19,6 +19,7 @@ const TERMINATE: u16 = 2;
 const ADD_TREE: u16 = 3;
 const ADD_SUBTREE: u16 = 4;
 const REMOVE_TREE: u16 = 5;
+const PLAN: u16 = 6;
 
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -33,12 +34,16 @@ pub struct JobHeader {
     scenarios: u32,
     /// 1: after them come the pairs of distributed roots of each scenario.
     from_roots: u32,
-    /// 1: answers carry their pairs.
+    /// Answers carry so many of their pairs.
     send_pairs: u32,
     /// 1: answers carry what each scenario took.
     send_costs: u32,
     /// What is a pair, see [`Accuracy`](crate::tree::Accuracy).
     accuracy: u32,
+    /// 1: only whether there is a pair.
+    overlap_only: u32,
+    /// Of a plan its number, of a batch that of its plan, and one more; 0: none.
+    plan: u32,
     reserved: u32,
 }
 
@@ -52,7 +57,7 @@ pub struct ScenarioRecord {
     pub pose: Pose,
 }
 
-const _: () = assert!(size_of::<JobHeader>() == 48 && align_of::<JobHeader>() == 8);
+const _: () = assert!(size_of::<JobHeader>() == 56 && align_of::<JobHeader>() == 8);
 const _: () = assert!(size_of::<ScenarioRecord>() == 104 && align_of::<ScenarioRecord>() == 8);
 
 impl ScenarioRecord {
@@ -71,18 +76,24 @@ impl JobHeader {
         from_roots: bool,
         wanted: Wanted,
     ) -> Self {
-        let (send_pairs, send_costs) = (wanted.pairs.into(), wanted.costs.into());
-        let from_roots = from_roots.into();
         Self {
             task,
             trees,
             scenarios,
-            from_roots,
-            send_pairs,
-            send_costs,
+            from_roots: from_roots.into(),
+            send_pairs: wanted.pairs,
+            send_costs: wanted.costs.into(),
             accuracy: encode(wanted.accuracy),
+            overlap_only: wanted.overlap_only.into(),
+            plan: wanted.plan.map_or(0, |plan| plan + 1),
             ..Self::of_kind(SCENARIOS)
         }
+    }
+
+    /// Of a message whose body is a plan of effects, or says where it was published. It takes the
+    /// place of the one before it.
+    pub fn plan(number: u32) -> Self {
+        Self { plan: number + 1, ..Self::of_kind(PLAN) }
     }
 
     /// Of a message whose body is an [`InPlaceTree`](super::InPlaceTree), or else what a worker has to
@@ -124,6 +135,10 @@ pub enum Job<'a> {
     },
     RemoveTree {
         tree: u32,
+    },
+    Plan {
+        number: u32,
+        body: &'a [u8],
     },
     Terminate,
 }
@@ -185,6 +200,13 @@ impl<'a> Job<'a> {
             REMOVE_TREE => only_tree(header)
                 .and_then(|()| without_body(body))
                 .map(|()| Self::RemoveTree { tree }),
+            PLAN => {
+                let number = header.plan.checked_sub(1);
+                let number = number.ok_or(WireError::Field { field: "plan", value: 0 })?;
+                zero("tree", tree)?;
+                only_tree(&JobHeader { plan: 0, ..*header })?;
+                Ok(Self::Plan { number, body })
+            }
             TERMINATE => zero("tree", tree)
                 .and_then(|()| only_tree(header))
                 .and_then(|()| without_body(body))
@@ -198,6 +220,8 @@ impl<'a> Job<'a> {
 fn only_tree(header: &JobHeader) -> Result<(), WireError> {
     let JobHeader { task, trees, scenarios, from_roots, send_pairs, send_costs, .. } = *header;
     zero("accuracy", header.accuracy)?;
+    zero("overlap_only", header.overlap_only)?;
+    zero("plan", header.plan)?;
     zero("reserved", header.reserved)?;
     if task != 0 {
         return Err(WireError::Field { field: "task", value: task });
@@ -217,8 +241,10 @@ fn parse_batch<'a>(header: &JobHeader, body: &'a [u8]) -> Result<Batch<'a>, Wire
     zero("reserved", header.reserved)?;
     let wanted = Wanted {
         accuracy: decode(header.accuracy)?,
-        pairs: flag("send_pairs", header.send_pairs)?,
+        overlap_only: flag("overlap_only", header.overlap_only)?,
+        pairs: header.send_pairs,
         costs: flag("send_costs", header.send_costs)?,
+        plan: header.plan.checked_sub(1),
     };
     let from_roots = flag("from_roots", header.from_roots)?;
     let (scenarios, root_pairs) = split_records::<ScenarioRecord>(body, header.scenarios)?;
@@ -253,8 +279,13 @@ mod tests {
     use crate::geometry::TriangleTest;
     use crate::tree::Accuracy;
 
-    const WANTED: Wanted =
-        Wanted { accuracy: Accuracy::Pairs(TriangleTest::F64), pairs: true, costs: false };
+    const WANTED: Wanted = Wanted {
+        accuracy: Accuracy::Pairs(TriangleTest::F64),
+        overlap_only: false,
+        pairs: 17,
+        costs: false,
+        plan: Some(4),
+    };
 
     /// Bytes on a multiple of 8, as the transport delivers them.
     fn words(header: &JobHeader, records: &[ScenarioRecord], root_pairs: &[RootPair]) -> Vec<u64> {
@@ -284,7 +315,7 @@ mod tests {
 
     fn with_header(change: impl FnOnce(&mut JobHeader)) -> Result<(), WireError> {
         let mut words = batch(&[3, 4]);
-        change(bytemuck::from_bytes_mut(bytemuck::cast_slice_mut(&mut words[..6])));
+        change(bytemuck::from_bytes_mut(bytemuck::cast_slice_mut(&mut words[..7])));
         Job::parse(bytes(&words)).map(|_| ())
     }
 
@@ -325,6 +356,15 @@ mod tests {
     }
 
     #[test]
+    fn a_plan_is_read_as_it_was_written_and_has_a_number() {
+        let message = words(&JobHeader::plan(3), &[], &[[6, 7]]);
+        let body = bytemuck::bytes_of(&[6_u32, 7]);
+        assert_eq!(Job::parse(bytes(&message)), Ok(Job::Plan { number: 3, body }));
+        let nameless = JobHeader { plan: 0, ..JobHeader::plan(3) };
+        assert!(Job::parse(bytemuck::bytes_of(&nameless)).is_err());
+    }
+
+    #[test]
     fn terminate_is_a_header_alone() {
         let header = JobHeader::terminate();
         assert_eq!(Job::parse(bytemuck::bytes_of(&header)), Ok(Job::Terminate));
@@ -353,12 +393,12 @@ mod tests {
             with_header(|h| h.scenarios = u32::MAX),
             Err(WireError::Truncated { .. })
         ));
-        assert!(matches!(with_header(|h| h.send_pairs = 2), Err(WireError::Field { .. })));
+        assert!(matches!(with_header(|h| h.overlap_only = 2), Err(WireError::Field { .. })));
         assert!(matches!(with_header(|h| h.send_costs = 2), Err(WireError::Field { .. })));
         assert!(matches!(with_header(|h| h.from_roots = 2), Err(WireError::Field { .. })));
         assert!(matches!(with_header(|h| h.accuracy = 99), Err(WireError::Field { .. })));
         assert!(matches!(with_header(|h| h.reserved = 1), Err(WireError::Field { .. })));
-        for kind in [TERMINATE, ADD_TREE, ADD_SUBTREE, REMOVE_TREE] {
+        for kind in [TERMINATE, ADD_TREE, ADD_SUBTREE, REMOVE_TREE, PLAN] {
             assert!(matches!(with_header(|h| h.kind = kind), Err(WireError::Field { .. })));
         }
     }

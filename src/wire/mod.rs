@@ -8,24 +8,40 @@
 mod accuracy;
 mod in_place;
 mod job;
+mod plan;
 mod reply;
 
-pub use in_place::InPlaceTree;
+pub use in_place::{InPlaceTree, plan_in_place, published_plan};
 pub use job::{Batch, Job, JobHeader, ScenarioRecord};
+pub use plan::PlanMessage;
 pub use reply::{AnswerRecord, AnswerStatus, CostRecord, Reply, ReplyHeader, TreeRecord};
 
 use crate::tree::Accuracy;
 
-const VERSION: u16 = 3;
+const VERSION: u16 = 4;
 
 /// What is asked of each scenario, and what answers carry beside the number of pairs and their hash.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Wanted {
     /// What is a pair.
     pub accuracy: Accuracy,
-    pub pairs: bool,
+    /// Only whether there is a pair: the number of pairs is 0 or 1, and which it is stays open.
+    pub overlap_only: bool,
+    /// So many pairs of a scenario are sent, from the first; [`Wanted::ALL_PAIRS`] for all.
+    pub pairs: u32,
     /// A [`CostRecord`] a scenario.
     pub costs: bool,
+    /// The number of the plan of effects that the worker was told of; absent: no effects but pairs.
+    pub plan: Option<u32>,
+}
+
+impl Wanted {
+    pub const ALL_PAIRS: u32 = u32::MAX;
+
+    /// Pairs that an answer carries.
+    pub fn pairs_of(&self, pair_count: u32) -> u32 {
+        if self.overlap_only { 0 } else { pair_count.min(self.pairs) }
+    }
 }
 
 /// What is wrong with a message.
@@ -49,6 +65,8 @@ pub enum WireError {
     Order(u32),
     #[error("the pose of scenario {0} holds a number that is not finite")]
     Pose(u32),
+    #[error("it is no plan of effects: {0}")]
+    Plan(String),
     #[error("scenario {scenario}: {what}")]
     Answer { scenario: u32, what: &'static str },
 }

@@ -4,7 +4,6 @@ use bytemuck::{Pod, Zeroable};
 
 use super::{VERSION, WireError, ascending, flag, records, split_header, split_records, zero};
 use crate::tree::Counts;
-use crate::tree::descent::Pair;
 
 const MAGIC: u32 = u32::from_le_bytes(*b"bANS");
 const READY: u16 = 1;
@@ -20,11 +19,11 @@ pub struct ReplyHeader {
     task: u64,
     /// Number of [`AnswerRecord`]s that follow.
     answers: u32,
-    /// Number of pairs after the records.
-    pairs: u32,
+    /// Number of words after the records.
+    words: u32,
     /// 1: this message ends the task.
     last: u32,
-    /// 1: after the records, and before the pairs, there is a [`CostRecord`] for each of them.
+    /// 1: after the records, and before the words, there is a [`CostRecord`] for each of them.
     costs: u32,
 }
 
@@ -44,20 +43,25 @@ impl TreeRecord {
     }
 }
 
-/// The answer to one scenario, or, if its pairs do not fit into one message, a part of it.
+/// The answer to one scenario, or, if its words do not fit into one message, a part of it.
+///
+/// Its words, of eight bytes each, are the pairs that are sent, and then what effects say.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 pub struct AnswerRecord {
     pub scenario: u32,
     status: u32,
-    /// Of the whole scenario.
+    /// Of the whole scenario, as is their hash, however many are sent.
     pub pair_count: u32,
-    /// The scenario's pairs that earlier messages carried.
-    pub first_pair: u32,
-    /// The scenario's pairs in this message.
-    pub pairs_here: u32,
     /// Overflow only: the corner of the moving mesh, three to a triangle.
     corner: u32,
+    /// Of the whole scenario.
+    pub words: u32,
+    /// The scenario's words that earlier messages carried.
+    pub first_word: u32,
+    /// The scenario's words in this message.
+    pub words_here: u32,
+    reserved: u32,
     pub pairs_fnv1a64: u64,
     pub compute_ns: u64,
 }
@@ -75,7 +79,7 @@ pub struct CostRecord {
 const _: () = assert!(size_of::<CostRecord>() == 32 && align_of::<CostRecord>() == 8);
 const _: () = assert!(size_of::<ReplyHeader>() == 32 && align_of::<ReplyHeader>() == 8);
 const _: () = assert!(size_of::<TreeRecord>() == 16 && align_of::<TreeRecord>() == 8);
-const _: () = assert!(size_of::<AnswerRecord>() == 40 && align_of::<AnswerRecord>() == 8);
+const _: () = assert!(size_of::<AnswerRecord>() == 48 && align_of::<AnswerRecord>() == 8);
 
 const ANSWERED: u32 = 0;
 const OVERFLOW: u32 = 1;
@@ -92,7 +96,7 @@ pub enum AnswerStatus {
 }
 
 impl AnswerRecord {
-    /// An answer without its pairs: `pairs_here` is 0.
+    /// An answer without its words: `words_here` is 0.
     pub fn answered(scenario: u32, pair_count: u32, pairs_fnv1a64: u64, compute_ns: u64) -> Self {
         Self { scenario, pair_count, pairs_fnv1a64, compute_ns, ..Self::zeroed() }
     }
@@ -113,13 +117,14 @@ impl AnswerRecord {
     fn validate(&self) -> Result<(), WireError> {
         let refuse = |what| Err(WireError::Answer { scenario: self.scenario, what });
         match self.status {
+            _ if self.reserved != 0 => refuse("its reserved word is not zero"),
             ANSWERED if self.corner != 0 => refuse("answered, and names an overflowing corner"),
-            ANSWERED => match self.first_pair.checked_add(self.pairs_here) {
-                Some(end) if end <= self.pair_count => Ok(()),
-                _ => refuse("carries more pairs than it counts"),
+            ANSWERED => match self.first_word.checked_add(self.words_here) {
+                Some(end) if end <= self.words => Ok(()),
+                _ => refuse("carries more words than it counts"),
             },
-            OVERFLOW if self.pair_count | self.first_pair | self.pairs_here != 0 => {
-                refuse("overflowed and has pairs all the same")
+            OVERFLOW if self.pair_count | self.words | self.first_word | self.words_here != 0 => {
+                refuse("overflowed and says more all the same")
             }
             OVERFLOW => Ok(()),
             _ => refuse("its status is unknown"),
@@ -132,8 +137,8 @@ impl ReplyHeader {
         Self { magic: MAGIC, version: VERSION, kind: READY, ..Self::zeroed() }
     }
 
-    pub fn answers(task: u64, answers: u32, pairs: u32, last: bool) -> Self {
-        Self { kind: ANSWERS, task, answers, pairs, last: last.into(), ..Self::ready() }
+    pub fn answers(task: u64, answers: u32, words: u32, last: bool) -> Self {
+        Self { kind: ANSWERS, task, answers, words, last: last.into(), ..Self::ready() }
     }
 
     /// Of a message with one [`TreeRecord`].
@@ -152,14 +157,14 @@ pub enum Reply<'a> {
     Ready,
     /// It has taken a tree.
     Tree(TreeRecord),
-    /// Scenario numbers ascend; `costs` are those of all answers, or none; `pairs` are those of all
+    /// Scenario numbers ascend; `costs` are those of all answers, or none; `words` are those of all
     /// answers, one after the other.
     Answers {
         task: u64,
         last: bool,
         answers: &'a [AnswerRecord],
         costs: &'a [CostRecord],
-        pairs: &'a [Pair],
+        words: &'a [u64],
     },
 }
 
@@ -192,22 +197,22 @@ fn only_kind(header: &ReplyHeader) -> Result<(), WireError> {
     if header.task != 0 {
         return Err(WireError::Field { field: "task", value: header.task });
     }
-    zero("answer count", header.answers | header.pairs | header.last | header.costs)
+    zero("answer count", header.answers | header.words | header.last | header.costs)
 }
 
 fn parse_answers<'a>(header: &ReplyHeader, rest: &'a [u8]) -> Result<Reply<'a>, WireError> {
     let last = flag("last", header.last)?;
     let costs = if flag("costs", header.costs)? { header.answers } else { 0 };
     let (answers, rest) = split_records::<AnswerRecord>(rest, header.answers)?;
-    let (costs, pairs) = split_records::<CostRecord>(rest, costs)?;
-    let pairs = records::<Pair>(pairs, header.pairs)?;
+    let (costs, words) = split_records::<CostRecord>(rest, costs)?;
+    let words = records::<u64>(words, header.words)?;
     ascending(answers.iter().map(|a| a.scenario))?;
     answers.iter().try_for_each(AnswerRecord::validate)?;
-    let carried: u64 = answers.iter().map(|a| u64::from(a.pairs_here)).sum();
-    if carried != u64::from(header.pairs) {
-        return Err(WireError::Field { field: "pair count", value: u64::from(header.pairs) });
+    let carried: u64 = answers.iter().map(|a| u64::from(a.words_here)).sum();
+    if carried != u64::from(header.words) {
+        return Err(WireError::Field { field: "word count", value: u64::from(header.words) });
     }
-    Ok(Reply::Answers { task: header.task, last, answers, costs, pairs })
+    Ok(Reply::Answers { task: header.task, last, answers, costs, words })
 }
 
 #[cfg(test)]
@@ -216,24 +221,25 @@ mod tests {
 
     use super::*;
 
-    const PAIRS: [Pair; 3] = [[1, 2], [3, 4], [5, 6]];
+    const WORDS: [u64; 3] = [1, 2, 3];
 
     fn records() -> [AnswerRecord; 3] {
-        let first = AnswerRecord { pairs_here: 2, ..AnswerRecord::answered(10, 2, 77, 5) };
-        let part =
-            AnswerRecord { first_pair: 4, pairs_here: 1, ..AnswerRecord::answered(11, 9, 88, 6) };
+        let first =
+            AnswerRecord { words: 2, words_here: 2, ..AnswerRecord::answered(10, 2, 77, 5) };
+        let whole = AnswerRecord::answered(11, 7, 88, 6);
+        let part = AnswerRecord { words: 9, first_word: 4, words_here: 1, ..whole };
         [first, part, AnswerRecord::overflow(12, (345, 2), 7)]
     }
 
-    fn message(header: ReplyHeader, answers: &[AnswerRecord], pairs: &[Pair]) -> Vec<u64> {
+    fn message(header: ReplyHeader, answers: &[AnswerRecord], tail: &[u64]) -> Vec<u64> {
         let mut words = bytemuck::cast_slice::<_, u64>(bytemuck::bytes_of(&header)).to_vec();
         words.extend_from_slice(bytemuck::cast_slice(answers));
-        words.extend(pairs.iter().map(|pair| bytemuck::cast::<Pair, u64>(*pair)));
+        words.extend(tail);
         words
     }
 
     fn good() -> Vec<u64> {
-        message(ReplyHeader::answers(42, 3, 3, true), &records(), &PAIRS)
+        message(ReplyHeader::answers(42, 3, 3, true), &records(), &WORDS)
     }
 
     fn costs() -> [CostRecord; 3] {
@@ -246,7 +252,7 @@ mod tests {
         let header = ReplyHeader::answers(42, 3, 3, true).with_costs(true);
         let mut words = message(header, &records(), &[]);
         words.extend_from_slice(bytemuck::cast_slice(&costs()));
-        words.extend(PAIRS.map(bytemuck::cast::<Pair, u64>));
+        words.extend(WORDS);
         words
     }
 
@@ -257,16 +263,16 @@ mod tests {
     fn with_answer(index: usize, change: impl FnOnce(&mut AnswerRecord)) -> Result<(), WireError> {
         let mut answers = records();
         change(&mut answers[index]);
-        parse(&message(ReplyHeader::answers(42, 3, 3, true), &answers, &PAIRS)).map(|_| ())
+        parse(&message(ReplyHeader::answers(42, 3, 3, true), &answers, &WORDS)).map(|_| ())
     }
 
     #[test]
     fn answers_are_read_as_they_were_written() {
         let (answers, costs) = (&records(), &costs());
         let mut expected =
-            Reply::Answers { task: 42, last: true, answers, costs: &[], pairs: &PAIRS };
+            Reply::Answers { task: 42, last: true, answers, costs: &[], words: &WORDS };
         assert_eq!(parse(&good()), Ok(expected));
-        expected = Reply::Answers { task: 42, last: true, answers, costs, pairs: &PAIRS };
+        expected = Reply::Answers { task: 42, last: true, answers, costs, words: &WORDS };
         assert_eq!(parse(&good_with_costs()), Ok(expected));
         assert_eq!(records()[2].status(), AnswerStatus::Overflow { triangle: 345, corner: 2 });
     }
@@ -304,7 +310,7 @@ mod tests {
         let refused = |change: fn(&mut ReplyHeader)| {
             let mut header = ReplyHeader::answers(42, 3, 3, true);
             change(&mut header);
-            parse(&message(header, &records(), &PAIRS)).unwrap_err()
+            parse(&message(header, &records(), &WORDS)).unwrap_err()
         };
         assert_eq!(refused(|h| h.magic = 1), WireError::Magic(1));
         assert_eq!(refused(|h| h.version = 9), WireError::Version(9));
@@ -317,38 +323,40 @@ mod tests {
         assert!(matches!(refused(|h| h.answers = 2), WireError::Length { .. }));
         assert!(matches!(refused(|h| h.answers = 4), WireError::Truncated { .. }));
         assert!(matches!(refused(|h| h.answers = u32::MAX), WireError::Truncated { .. }));
-        assert!(matches!(refused(|h| h.pairs = u32::MAX), WireError::Length { .. }));
+        assert!(matches!(refused(|h| h.words = u32::MAX), WireError::Length { .. }));
     }
 
     #[test]
     fn each_impossible_answer_is_refused_by_scenario() {
         let is_about = |result, number| matches!(result, Err(WireError::Answer { scenario, .. }) if scenario == number);
         assert_eq!(with_answer(1, |a| a.scenario = 10), Err(WireError::Order(10)));
-        assert!(is_about(with_answer(0, |a| a.pairs_here = 3), 10));
-        assert!(is_about(with_answer(1, |a| a.first_pair = u32::MAX), 11));
+        assert!(is_about(with_answer(0, |a| a.words_here = 3), 10));
+        assert!(is_about(with_answer(1, |a| a.first_word = u32::MAX), 11));
         assert!(is_about(with_answer(0, |a| a.status = 2), 10));
         assert!(is_about(with_answer(0, |a| a.corner = 2), 10));
+        assert!(is_about(with_answer(0, |a| a.reserved = 1), 10));
         assert!(is_about(with_answer(2, |a| a.pair_count = 1), 12));
-        let fewer = with_answer(0, |a| a.pairs_here = 1);
-        assert_eq!(fewer, Err(WireError::Field { field: "pair count", value: 3 }));
+        assert!(is_about(with_answer(2, |a| a.words = 1), 12));
+        let fewer = with_answer(0, |a| a.words_here = 1);
+        assert_eq!(fewer, Err(WireError::Field { field: "word count", value: 3 }));
     }
 
     proptest! {
         #[test]
-        fn damaged_bytes_never_panic_and_never_yield_pairs_they_do_not_hold(
-            damage in prop::collection::vec((0_usize..34 * 8, any::<u8>()), 1..8),
-            length in 0_usize..=34 * 8,
+        fn damaged_bytes_never_panic_and_never_yield_words_they_do_not_hold(
+            damage in prop::collection::vec((0_usize..37 * 8, any::<u8>()), 1..8),
+            length in 0_usize..=37 * 8,
         ) {
             let mut words = good_with_costs();
             let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut words);
             for (at, value) in damage {
                 bytes[at] = value;
             }
-            if let Ok(Reply::Answers { answers, costs, pairs, .. }) = Reply::parse(&bytes[..length]) {
+            if let Ok(Reply::Answers { answers, costs, words, .. }) = Reply::parse(&bytes[..length]) {
                 prop_assert!(costs.is_empty() || costs.len() == answers.len());
-                let carried: usize = answers.iter().map(|a| a.pairs_here as usize).sum();
-                prop_assert_eq!(carried, pairs.len());
-                prop_assert!(answers.iter().all(|a| a.first_pair + a.pairs_here <= a.pair_count));
+                let carried: usize = answers.iter().map(|a| a.words_here as usize).sum();
+                prop_assert_eq!(carried, words.len());
+                prop_assert!(answers.iter().all(|a| a.first_word + a.words_here <= a.words));
             }
         }
     }

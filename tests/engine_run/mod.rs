@@ -96,6 +96,7 @@ impl Scene {
         let moving = engine.add_mesh(Arc::clone(&self.moving))?;
         let [fixed_cut, moving_cut] = options.cuts;
         let work = Work {
+            effects: None,
             fixed: (fixed, fixed_cut),
             moving: (moving, moving_cut),
             poses: &self.poses,
@@ -136,7 +137,7 @@ pub fn options(workers: u32) -> Options {
             ..EngineOptions::default()
         },
         cuts: [Cut::Depth(5), Cut::Depth(4)],
-        wanted: Wanted { pairs: true, ..Wanted::default() },
+        wanted: Wanted { pairs: Wanted::ALL_PAIRS, ..Wanted::default() },
         program: env!("CARGO_BIN_EXE_bumper").into(),
     }
 }

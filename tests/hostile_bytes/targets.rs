@@ -7,6 +7,7 @@
 use std::cell::RefCell;
 use std::path::Path;
 
+use bumper::effects::Plan;
 use bumper::geometry::{Pose, TriangleTest};
 use bumper::hardcases::continuous::QuerySuite;
 use bumper::hardcases::{Cases, Suite};
@@ -18,8 +19,8 @@ use bumper::tree::{
     Accuracy, Block, BoxDepth, BuildOptions, Header, TreeImage, TreeKind, TreeView, build,
 };
 use bumper::wire::{
-    AnswerRecord, Batch, InPlaceTree, Job, JobHeader, Reply, ReplyHeader, ScenarioRecord,
-    TreeRecord, Wanted,
+    AnswerRecord, Batch, InPlaceTree, Job, JobHeader, PlanMessage, Reply, ReplyHeader,
+    ScenarioRecord, TreeRecord, Wanted,
 };
 use bytemuck::Zeroable;
 
@@ -205,6 +206,7 @@ pub fn batch(bytes: &[u8]) -> bool {
         Err(_) => false,
         Ok(Job::Terminate | Job::AddSubtree { .. } | Job::RemoveTree { .. }) => true,
         Ok(Job::AddTree { body, .. }) => InPlaceTree::parse(body).is_ok(),
+        Ok(Job::Plan { body, .. }) => PlanMessage::parse(body).is_ok(),
         Ok(Job::Scenarios(batch)) => {
             let root_pairs = batch.iter().map(|(_, roots)| roots.map_or(0, <[_]>::len)).sum();
             assert_eq!(Job::batch_bytes(batch.len(), root_pairs), bytes.len());
@@ -226,7 +228,7 @@ fn header_of(batch: &Batch<'_>) -> JobHeader {
 
 fn batch_seeds() -> Vec<Vec<u8>> {
     let batch_at = |accuracy, scenarios: &[u32], roots: u32| {
-        let wanted = Wanted { accuracy, pairs: true, costs: false };
+        let wanted = Wanted { accuracy, pairs: 9, plan: Some(2), ..Wanted::default() };
         let record = |&s: &u32| ScenarioRecord::new(s, Pose::IDENTITY, roots);
         let records: Vec<_> = scenarios.iter().map(record).collect();
         let pairs: Vec<[u32; 2]> = (0..roots * records.len() as u32).map(|n| [n, n + 1]).collect();
@@ -252,6 +254,7 @@ fn batch_seeds() -> Vec<Vec<u8>> {
         batch_at(Accuracy::Pairs(TriangleTest::F32), &[3, 4], 0),
         tree(JobHeader::add_tree(2), &place.to_bytes()),
         tree(JobHeader::remove_tree(2), &[]),
+        tree(JobHeader::plan(2), &PlanMessage { plan: Plan::default(), parts: vec![3] }.to_bytes()),
         tree(JobHeader::terminate(), &[]),
     ]
 }
@@ -261,11 +264,11 @@ pub fn result(bytes: &[u8]) -> bool {
     aligned(bytes, |bytes| match Reply::parse(bytes) {
         Err(_) => false,
         Ok(Reply::Ready | Reply::Tree(_)) => true,
-        Ok(Reply::Answers { answers, pairs, .. }) => {
-            let carried: usize = answers.iter().map(|a| a.pairs_here as usize).sum();
-            assert_eq!(carried, pairs.len());
+        Ok(Reply::Answers { answers, words, .. }) => {
+            let carried: usize = answers.iter().map(|a| a.words_here as usize).sum();
+            assert_eq!(carried, words.len());
             assert!(answers.windows(2).all(|w| w[0].scenario < w[1].scenario));
-            assert!(answers.iter().all(|a| a.first_pair + a.pairs_here <= a.pair_count));
+            assert!(answers.iter().all(|a| a.first_word + a.words_here <= a.words));
             true
         }
     })
@@ -275,9 +278,9 @@ fn result_seeds() -> Vec<Vec<u8>> {
     let ready = ReplyHeader::ready();
     let tree = TreeRecord::new(5, 6);
     let mut whole = AnswerRecord::answered(10, 2, 77, 5);
-    whole.pairs_here = 2;
+    (whole.words, whole.words_here) = (2, 2);
     let mut part = AnswerRecord::answered(11, 9, 88, 6);
-    (part.first_pair, part.pairs_here) = (4, 1);
+    (part.words, part.first_word, part.words_here) = (9, 4, 1);
     let answers = [whole, part, AnswerRecord::overflow(12, (345, 2), 7)];
     let pairs: [Pair; 3] = [[1, 2], [3, 4], [5, 6]];
     let header = ReplyHeader::answers(42, 3, 3, true);

@@ -4,8 +4,9 @@ use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use super::crew::{Crew, ignore};
+use super::planned::Planned;
 use super::session::{Session, TICK};
-use super::{EngineError, EngineReport, ResultSink, Work};
+use super::{EffectsWork, EngineError, EngineReport, ResultSink, Work};
 use crate::scene::{EngineOptions, Slowdown};
 use crate::scheduler::collection::BadReply;
 use crate::scheduler::indicator::ClientIndicator;
@@ -137,11 +138,17 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Engine<T, L> {
             return Err(EngineError::Kinds { fixed: kinds[0], moving: kinds[1] });
         }
         let images = [&*fixed, &*moving];
+        let is_shared = self.crew.transport.shared_geometry().is_some();
+        // Effects look at whole trees: where these have to be sent, they are, in one piece.
+        let in_one_piece = work.effects.is_some() && !is_shared;
+        let cut = |cut| if in_one_piece { Cut::Depth(0) } else { cut };
         let keys = [(work.fixed, false), (work.moving, true)]
-            .map(|((mesh, cut), is_moving)| TreeKey { mesh, cut, is_moving });
+            .map(|((mesh, asked), is_moving)| TreeKey { mesh, cut: cut(asked), is_moving });
         let trees = keys.map(|key| self.tree(key));
+        let planned = work.effects.map(|effects| self.plan(&effects)).transpose()?;
+        let published = planned.as_ref().and_then(|planned| planned.published);
         self.exchange_given(trees);
-        let mut session = match Session::new(self, work, keys, trees, images) {
+        let mut session = match Session::new(self, work, keys, trees, images, planned) {
             Ok(session) => session,
             Err(error) => {
                 self.exchange_given(trees);
@@ -155,7 +162,33 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Engine<T, L> {
         self.is_stopped = true;
         let report = outcome?;
         self.is_stopped = report.interrupted;
+        if let Some(plan) = published {
+            self.settle()?;
+            if let Some(shared) = self.crew.transport.shared_geometry() {
+                shared.withdraw(plan)?;
+            }
+        }
         Ok(report)
+    }
+
+    /// Gives the plan a number, and publishes it where that can be done.
+    fn plan(&mut self, effects: &EffectsWork<'_>) -> Result<Planned, EngineError> {
+        let mut parts = Vec::new();
+        for &mesh in effects.parts {
+            let image = self.image(mesh)?;
+            let key = TreeKey { mesh, cut: Cut::Depth(0), is_moving: false };
+            parts.push((self.tree(key), mesh, image));
+        }
+        let number = self.next_tree;
+        self.next_tree += 1;
+        let mut planned = Planned::new(number, effects.plan, parts);
+        if let Some(shared) = self.crew.transport.shared_geometry() {
+            let place = self.next_mesh;
+            self.next_mesh += 1;
+            shared.publish(place, planned.text())?;
+            planned.published = Some(place);
+        }
+        Ok(planned)
     }
 
     /// Waits until every worker has taken the trees that it was told of: what they look for has to be
@@ -323,7 +356,7 @@ mod tests {
         let mesh = (engine.add_mesh(tree).unwrap(), Cut::Depth(0));
         let poses = [Pose::IDENTITY];
         let wanted = Wanted::default();
-        let work = Work { fixed: mesh, moving: mesh, poses: &poses, wanted };
+        let work = Work { fixed: mesh, moving: mesh, poses: &poses, wanted, effects: None };
         let go_on = AtomicBool::new(false);
         let refused = engine.run(&work, &mut NoResults, &go_on).unwrap_err();
         let EngineError::AllWorkersDied { completed: 0, last } = refused else {

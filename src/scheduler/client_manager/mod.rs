@@ -3,6 +3,7 @@
 
 mod crew;
 mod engine;
+mod planned;
 mod session;
 mod start;
 mod supply;
@@ -11,6 +12,7 @@ use std::io;
 
 use super::collection::BadReply;
 pub use super::engine_report::{EngineReport, WorkerReport};
+use crate::effects::Plan;
 use crate::geometry::Pose;
 use crate::transport::{TransportError, WorkerId};
 use crate::tree::descent::Pair;
@@ -27,6 +29,15 @@ pub struct Work<'a> {
     pub moving: (MeshId, Cut),
     pub poses: &'a [Pose],
     pub wanted: Wanted,
+    /// Absent: pairs are all that is asked for.
+    pub effects: Option<EffectsWork<'a>>,
+}
+
+/// Effects that are asked for, and meshes that they need beside the fixed and the moving one.
+#[derive(Clone, Copy, Debug)]
+pub struct EffectsWork<'a> {
+    pub plan: &'a Plan,
+    pub parts: &'a [MeshId],
 }
 
 /// One answered scenario.
@@ -40,8 +51,10 @@ pub struct ScenarioResult<'a> {
     /// With [`Wanted::costs`].
     pub cost: Option<CostRecord>,
     pub worker: u32,
-    /// Sorted; empty unless [`Wanted::pairs`].
+    /// Sorted, as many as [`Wanted::pairs`].
     pub pairs: &'a [Pair],
+    /// With effects, as the plan's layout has them, which has been checked.
+    pub effects: &'a [u64],
 }
 
 /// Where results go, in scenario order, as they come.

@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use super::engine::{Engine, TreeKey};
+use super::planned::Planned;
 use super::start::longest_batch;
 use super::supply::Supply;
 use super::{EngineError, ResultSink, ScenarioResult, Work};
@@ -20,7 +21,7 @@ use crate::transport::{MasterEnd, Traffic};
 use crate::tree::descent::DescentError;
 use crate::tree::roots::{PreAnalysis, RootPair};
 use crate::tree::{Accuracy, TreeImage};
-use crate::wire::{Job, JobHeader, ScenarioRecord};
+use crate::wire::{Job, JobHeader, ScenarioRecord, Wanted};
 
 /// How soon an interrupt and a late or silent worker are noticed. Everything else wakes the master.
 pub(super) const TICK: Duration = Duration::from_millis(100);
@@ -33,6 +34,8 @@ pub(super) struct Session<'e, T: MasterEnd, L: Launch<T::Attach>> {
     /// The fixed and the moving one.
     trees: [u32; 2],
     supply: Supply<'e>,
+    planned: Option<Planned>,
+    wanted: Wanted,
     assignment: Assignment,
     collection: Collection,
     submitter: JobsSubmitter<'e>,
@@ -61,6 +64,7 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
         keys: [TreeKey; 2],
         trees: [u32; 2],
         images: [&'e TreeImage; 2],
+        planned: Option<Planned>,
     ) -> Result<Self, EngineError> {
         let cuts = keys.map(|key| key.cut);
         if let Accuracy::BoxesAt(depth) = work.wanted.accuracy
@@ -101,6 +105,9 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
             matching_s: 0.0,
             workers: vec![WorkerReport::default(); workers],
         };
+        let layout = planned.as_ref().map(|planned| planned.layout.clone()).unwrap_or_default();
+        let plan = planned.as_ref().map(|planned| planned.number);
+        let wanted = Wanted { plan, ..work.wanted };
         let clients = std::mem::take(&mut engine.clients);
         let subtree_bytes = supply.subtree_bytes();
         let traffic_before = (0..workers).map(|client| engine.crew.traffic(client)).collect();
@@ -110,8 +117,10 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
             work,
             trees,
             supply,
+            planned,
+            wanted,
             assignment: Assignment::new(clients, scenarios, limits, matchmaker, subtree_bytes),
-            collection: Collection::new(workers, trees, views, work.wanted),
+            collection: Collection::new(workers, trees, views, wanted, layout),
             submitter: JobsSubmitter::new(PreAnalysis::new(
                 views[0],
                 keys[0].cut,
@@ -181,16 +190,46 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
     /// Tells a worker that is ready of both trees. It gets no task before it has taken them.
     fn introduce(&mut self, client: usize) -> Result<(), EngineError> {
         for (side, tree) in self.trees.into_iter().enumerate() {
-            let state = &mut self.assignment.clients[client];
-            if state.is_ready() && self.engine.crew.tells_of(client, tree) {
-                state.told_of_tree();
-                self.engine.crew.begins(client);
+            if self.tells_of(client, tree) {
                 let header = JobHeader::add_tree(tree);
                 let body = self.supply.tree(side);
                 self.engine.crew.send(client, &[bytemuck::bytes_of(&header), &body])?;
+                if self.planned.is_some() && !self.supply.is_in_place() {
+                    self.send_subtree(client, side, 0)?;
+                    self.assignment.clients[client].given_whole(side);
+                }
+            }
+        }
+        let Some(planned) = &self.planned else { return Ok(()) };
+        let messages: Vec<_> = planned.messages().collect();
+        for (number, messages) in messages {
+            if self.tells_of(client, number) {
+                for message in messages {
+                    let message: Vec<_> = message.iter().map(|part| &part[..]).collect();
+                    self.engine.crew.send(client, &message)?;
+                }
             }
         }
         Ok(())
+    }
+
+    /// Whether the client is to be told of something with this number, and from now on counts as
+    /// told.
+    fn tells_of(&mut self, client: usize, number: u32) -> bool {
+        let state = &mut self.assignment.clients[client];
+        let tells = state.is_ready() && self.engine.crew.tells_of(client, number);
+        if tells {
+            state.told_of_tree();
+            self.engine.crew.begins(client);
+        }
+        tells
+    }
+
+    fn send_subtree(&mut self, client: usize, side: usize, root: u32) -> Result<(), EngineError> {
+        let header = JobHeader::add_subtree(self.trees[side]);
+        let body = self.supply.subtree(side, root);
+        self.report.workers[client].geometry_bytes_copied += body.len() as u64;
+        self.engine.crew.send(client, &[bytemuck::bytes_of(&header), &body])
     }
 
     /// Fills the buffers of unclaimed clients, and sends those that are full.
@@ -248,10 +287,7 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
         self.first_batch.get_or_insert_with(Instant::now);
         for (side, roots) in task.subtrees.iter().enumerate() {
             for &root in roots {
-                let header = JobHeader::add_subtree(self.trees[side]);
-                let body = self.supply.subtree(side, root);
-                self.report.workers[client].geometry_bytes_copied += body.len() as u64;
-                self.engine.crew.send(client, &[bytemuck::bytes_of(&header), &body])?;
+                self.send_subtree(client, side, root)?;
             }
         }
         self.report.workers[client].batches += 1;
@@ -281,8 +317,7 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
             task.batch.iter().zip(&roots).map(|(b, r)| record(b.scenario, r.len())).collect();
         let root_pairs = roots.concat();
         let count = records.len() as u32;
-        let header =
-            JobHeader::scenarios(task.number, self.trees, count, from_roots, self.work.wanted);
+        let header = JobHeader::scenarios(task.number, self.trees, count, from_roots, self.wanted);
         self.engine.crew.send(
             client,
             &[
@@ -372,7 +407,7 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
                     sink.set_aside(scenario).map_err(EngineError::Sink)?;
                     self.report.set_aside.push(scenario);
                 }
-                Outcome::Answered { client, record, cost, pairs } => {
+                Outcome::Answered { client, record, cost, pairs, effects } => {
                     let report = &mut self.report.workers[client];
                     report.scenarios += 1;
                     report.compute_s += Duration::from_nanos(record.compute_ns).as_secs_f64();
@@ -384,6 +419,7 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
                         cost,
                         worker: client as u32,
                         pairs: &pairs,
+                        effects: &effects,
                     };
                     sink.accept(result).map_err(EngineError::Sink)?;
                     self.report.completed += 1;

@@ -106,6 +106,11 @@ impl PartialTree {
         CutTree::partial(self.view(), &self.roots, &self.held)
     }
 
+    /// The tree, if it was sent in one piece.
+    pub fn whole(&self) -> Option<TreeView<'_>> {
+        (self.held == [true]).then(|| self.view())
+    }
+
     /// Bytes of the pages that are in use.
     pub fn memory(&self) -> usize {
         self.pages.in_use()
