@@ -410,7 +410,7 @@ mod tests {
     fn pairs_that_nobody_asked_for_are_refused() {
         let (mut collection, mut assignment) = two_tasks(NOTHING);
         let refused = collection.take(0, &reply(0, false, &[part(0, 1, 0, 1)]), &mut assignment);
-        assert_eq!(refused, Err(BadReply::Pairs(0)));
+        assert_eq!(refused, Err(BadReply::Effects { scenario: 0, source: NotLaidOut }));
     }
 
     #[test]
