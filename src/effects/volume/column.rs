@@ -17,23 +17,38 @@ pub struct Room {
 }
 
 impl Room {
-    fn area(&self) -> f64 {
+    fn ground(&self) -> f64 {
         self.size[0] * self.size[1]
+    }
+
+    /// Leaves of a polygon what is between the walls.
+    pub fn clip(&self, polygon: &mut Vec<Point2>, left: &mut Vec<Point2>) {
+        for (axis, inward, from) in
+            [(0, 1.0, 0.0), (0, -1.0, self.size[0]), (1, 1.0, 0.0), (1, -1.0, self.size[1])]
+        {
+            clip(polygon, |p| from + inward * p[axis], left);
+            std::mem::swap(polygon, left);
+        }
     }
 }
 
-/// Over a convex polygon in the ground of a room, up to a plane within its height.
+/// Between the ground and a triangle, which may reach out of the room and under its ground.
 #[derive(Clone, Debug)]
 pub struct Column {
-    corners: std::ops::Range<u32>,
+    /// Of the triangle's shadow on the ground, counterclockwise.
+    pub corners: [Point2; 3],
+    /// Bounds of the shadow, within the room.
     pub low: Point2,
     pub high: Point2,
+    /// The shadow reaches out of the room.
+    pub is_cut: bool,
     /// 1 under a triangle that faces up, -1 under one that faces down.
     pub sign: f64,
-    /// A point of the plane, and its slopes.
-    foot: Point,
+    /// Of the first corner.
+    height: f64,
     slopes: Point2,
-    heights: [f64; 2],
+    /// The lowest and the highest of the triangle.
+    pub heights: [f64; 2],
     /// Bounds on the errors of a height, and of a place.
     pub height_error: f64,
     pub place_error: f64,
@@ -42,145 +57,78 @@ pub struct Column {
 impl Column {
     #[inline]
     pub fn height(&self, [x, y]: &Point2) -> f64 {
-        let [at_x, at_y, at_z] = self.foot;
-        let height = at_z + self.slopes[0] * (x - at_x) + self.slopes[1] * (y - at_y);
+        let [from_x, from_y] = self.corners[0];
+        let height = self.height + self.slopes[0] * (x - from_x) + self.slopes[1] * (y - from_y);
         height.clamp(self.heights[0], self.heights[1])
-    }
-
-    pub fn highest(&self) -> f64 {
-        self.heights[1]
     }
 }
 
-/// The columns of a mesh, their corners one after another. Holds its memory.
+/// The columns of a mesh.
 #[derive(Debug, Default)]
 pub struct Columns {
     pub all: Vec<Column>,
-    corners: Vec<Point2>,
-    /// What the result loses with triangles that are not exactly where they should be, or are left
-    /// out, m³.
+    /// What the volume in common loses with triangles that are not exactly where they should be, or
+    /// are left out, m³.
     pub error: f64,
-    polygon: Vec<Point>,
-    room: Vec<Point>,
 }
 
 impl Columns {
     pub fn clear(&mut self) {
         self.all.clear();
-        self.corners.clear();
         self.error = 0.0;
     }
 
-    pub fn corners(&self, column: &Column) -> &[Point2] {
-        &self.corners[column.corners.start as usize..column.corners.end as usize]
-    }
-
-    /// The columns under a triangle, as far as they are in the room: one up to it, and one up to the
-    /// ceiling where it is above.
+    /// The column under a triangle, if any of it is in the room.
     pub fn add(&mut self, triangle: &Triangle, room: &Room) {
         let local = triangle.map(|p| [0, 1, 2].map(|k| p[k] - room.low[k]));
-        let outside = |k: usize| {
-            local.iter().all(|p| p[k] <= 0.0) || local.iter().all(|p| p[k] >= room.size[k])
-        };
-        if outside(0) || outside(1) || local.iter().all(|p| p[2] <= 0.0) {
+        let (low, high) = bounds(&local);
+        let outside = |k: usize| high[k] <= 0.0 || low[k] >= room.size[k];
+        if outside(0) || outside(1) || high[2] <= 0.0 {
             return;
         }
-        let Some(slant) = Slant::of(&local) else {
-            // Upright, or so nearly that its sign is not certain: it covers next to nothing.
-            self.error += 16.0 * ROUNDOFF * square_of_span(&local).min(room.area()) * room.size[2];
+        let span = (high[0] - low[0]).max(high[1] - low[1]);
+        let rise = high[2] - low[2];
+        let shadow = twice_area(&flat(local[0]), &flat(local[1]), &flat(local[2]));
+        if shadow.abs() <= 16.0 * ROUNDOFF * span * span {
+            // Upright, or so nearly that the sign is not certain: it covers next to nothing.
+            self.error += 16.0 * ROUNDOFF * (span * span).min(room.ground()) * room.size[2];
             return;
+        }
+        let [a, b, c] = if shadow > 0.0 { local } else { [local[0], local[2], local[1]] };
+        let slopes = slopes([a, b, c], shadow.abs());
+        let steepness = slopes[0].abs() + slopes[1].abs();
+        let farthest = |axes: std::ops::Range<usize>| {
+            axes.map(|k| low[k].abs().max(high[k].abs())).fold(0.0, f64::max)
         };
-        // Both its places and their rounding move the surface by some units of the last place.
-        let reach = local.as_flattened().iter().fold(0.0, |most: f64, c| most.max(c.abs()));
-        self.error += 2.0 * ROUNDOFF * reach * slant.area.min(2.0 * room.area() + room.size[2].powi(2));
-        self.fill(&local, &slant, room);
-    }
-
-    fn fill(&mut self, local: &Triangle, slant: &Slant, room: &Room) {
-        let (mut polygon, mut left) =
-            (std::mem::take(&mut self.polygon), std::mem::take(&mut self.room));
-        polygon.clear();
-        polygon.extend(if slant.sign > 0.0 { *local } else { [local[0], local[2], local[1]] });
-        let [width, depth, height] = room.size;
-        let walls = [(0, 1.0, 0.0), (0, -1.0, width), (1, 1.0, 0.0), (1, -1.0, depth)];
-        for (axis, inward, from) in walls.into_iter().chain([(2, 1.0, 0.0)]) {
-            clip(&polygon, |p| from + inward * p[axis], &mut left);
-            std::mem::swap(&mut polygon, &mut left);
-        }
-        if polygon.iter().all(|p| p[2] <= height) {
-            self.push(&polygon, local, slant);
-        } else {
-            clip(&polygon, |p| height - p[2], &mut left);
-            self.push(&left, local, slant);
-            clip(&polygon, |p| p[2] - height, &mut left);
-            left.iter_mut().for_each(|p| p[2] = height);
-            self.push(&left, local, &Slant { slopes: [0.0; 2], height_error: 0.0, ..*slant });
-        }
-        (self.polygon, self.room) = (polygon, left);
-    }
-
-    fn push(&mut self, polygon: &[Point], local: &Triangle, slant: &Slant) {
-        let Some(&first) = polygon.first() else { return };
-        let from = self.corners.len() as u32;
-        self.corners.extend(polygon.iter().map(|p| [p[0], p[1]]));
-        let (low, high) = bounds(polygon);
-        let flat = slant.slopes == [0.0; 2];
-        let reach = local.iter().fold(0.0, |most: f64, p| most.max(p[0].abs()).max(p[1].abs()));
+        let reach = farthest(0..2);
+        // Of the slopes, relative to the products that they and the shadow are made of, on the way
+        // to a point of the triangle; of the place; of the sum.
+        let of_slopes = span * (span * rise + steepness * span * span) / shadow.abs();
+        let height_error = 8.0 * ROUNDOFF * (of_slopes + steepness * reach + farthest(2..3));
+        let area = 0.5 * shadow.abs() * (1.0 + slopes[0].powi(2) + slopes[1].powi(2)).sqrt();
+        let most = 2.0 * room.ground() + room.size[2].powi(2);
+        self.error += 2.0 * ROUNDOFF * farthest(0..3) * area.min(most);
         self.all.push(Column {
-            corners: from..self.corners.len() as u32,
-            low: [low[0], low[1]],
-            high: [high[0], high[1]],
-            sign: slant.sign,
-            foot: if flat { first } else { local[0] },
-            slopes: slant.slopes,
+            corners: [a, b, c].map(flat),
+            low: [0, 1].map(|k| low[k].max(0.0)),
+            high: [0, 1].map(|k| high[k].min(room.size[k])),
+            is_cut: (0..2).any(|k| low[k] < 0.0 || high[k] > room.size[k]),
+            sign: shadow.signum(),
+            height: a[2],
+            slopes,
             heights: [low[2], high[2]],
-            height_error: slant.height_error.min(high[2] - low[2]),
+            height_error: height_error.min(rise),
             place_error: 8.0 * ROUNDOFF * reach,
         });
     }
 }
 
-/// The square of the longest side of the box round a triangle's shadow.
-fn square_of_span(triangle: &Triangle) -> f64 {
-    let (low, high) = bounds(triangle);
-    (high[0] - low[0]).max(high[1] - low[1]).powi(2)
+fn flat([x, y, _]: Point) -> Point2 {
+    [x, y]
 }
 
-/// How a triangle leans.
-#[derive(Clone, Copy)]
-struct Slant {
-    sign: f64,
-    slopes: Point2,
-    /// Bound on the error of a height computed from a corner and the slopes.
-    height_error: f64,
-    area: f64,
-}
-
-impl Slant {
-    /// `None`: upright, to rounding.
-    fn of(triangle: &Triangle) -> Option<Self> {
-        let [a, b, c] = triangle.map(|p| [p[0], p[1]]);
-        let span = square_of_span(triangle);
-        let shadow = twice_area(&a, &b, &c);
-        if shadow.abs() <= 16.0 * ROUNDOFF * span {
-            return None;
-        }
-        let [a, b, c] = triangle;
-        let ([bx, by, bz], [cx, cy, cz]) =
-            ([0, 1, 2].map(|k| b[k] - a[k]), [0, 1, 2].map(|k| c[k] - a[k]));
-        let slopes = [(bz * cy - cz * by) / shadow, (cz * bx - bz * cx) / shadow];
-        let steepness = slopes[0].abs() + slopes[1].abs();
-        // Relative to the products that a slope and the shadow are made of, times the way to a
-        // point of the triangle.
-        let rise = bz.abs().max(cz.abs());
-        let of_slopes = span.sqrt() * (span.sqrt() * rise + steepness * span) / shadow.abs();
-        let reach = triangle.iter().fold(0.0, |most: f64, p| most.max(p[0].abs()).max(p[1].abs()));
-        let height = triangle.iter().fold(0.0, |most: f64, p| most.max(p[2].abs()));
-        Some(Self {
-            sign: shadow.signum(),
-            slopes,
-            height_error: 8.0 * ROUNDOFF * (of_slopes + steepness * reach + height),
-            area: 0.5 * shadow.abs() * (1.0 + slopes[0].powi(2) + slopes[1].powi(2)).sqrt(),
-        })
-    }
+/// Along x and y; `shadow`: twice its area.
+fn slopes([a, b, c]: Triangle, shadow: f64) -> Point2 {
+    let [[bx, by, bz], [cx, cy, cz]] = [b, c].map(|p| [0, 1, 2].map(|k| p[k] - a[k]));
+    [(bz * cy - cz * by) / shadow, (cz * bx - bz * cx) / shadow]
 }

@@ -18,7 +18,7 @@ use crate::geometry::{Point, Pose, Triangle};
 use crate::mesh::closed::{Part, Shells};
 use column::{Column, Columns, ROUNDOFF, Room};
 use grid::Grid;
-use polygon::{integrate_lesser, intersect};
+use polygon::{clip, integrate_lesser, intersect};
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Volume {
@@ -130,22 +130,44 @@ impl Overlap {
         let (mut sum, mut error) = (Sum::default(), of_fixed.error + of_moving.error);
         for one in &of_moving.all {
             grid.each_overlapping(one, &of_fixed.all, |other, size| {
-                polygon.clear();
-                polygon.extend_from_slice(of_moving.corners(one));
-                intersect(polygon, of_fixed.corners(other), left);
-                let [area, common] =
-                    integrate_lesser(polygon, |p| [one.height(p), other.height(p)]);
+                stand_on(one, other, room, polygon, left);
+                let heights = |p: &Point2| [one.height(p), other.height(p)];
+                let [area, common] = integrate_lesser(polygon, heights);
                 sum.add(one.sign * other.sign * common);
-                error += common_error(one, other, size, area) + 16.0 * ROUNDOFF * common;
+                error += common_error([one, other], room, size, area) + 16.0 * ROUNDOFF * common;
             });
         }
         Volume { cubic_metres: sum.value(), error: error + 2.0 * ROUNDOFF * sum.value().abs() }
     }
 }
 
-fn common_error(one: &Column, other: &Column, size: [f64; 2], area: f64) -> f64 {
+/// Makes `polygon` what both columns stand on. Its sides are taken from the triangles as they are,
+/// never from corners that were computed: a short side between two of those may point anywhere.
+fn stand_on(
+    one: &Column,
+    other: &Column,
+    room: &Room,
+    polygon: &mut Vec<Point2>,
+    left: &mut Vec<Point2>,
+) {
+    polygon.clear();
+    polygon.extend_from_slice(&one.corners);
+    intersect(polygon, &other.corners, left);
+    if one.is_cut && other.is_cut {
+        room.clip(polygon, left);
+    }
+    for column in [one, other] {
+        if column.heights[0] < 0.0 {
+            clip(polygon, |p| column.height(p), left);
+            std::mem::swap(polygon, left);
+        }
+    }
+}
+
+fn common_error([one, other]: [&Column; 2], room: &Room, size: Point2, area: f64) -> f64 {
     let at_sides = (one.place_error + other.place_error) * (size[0] + size[1]);
-    at_sides * one.highest().min(other.highest()) + area * (one.height_error + other.height_error)
+    let highest = one.heights[1].min(other.heights[1]).min(room.size[2]);
+    at_sides * highest + area * (one.height_error + other.height_error)
 }
 
 /// `None`: apart, or with no volume between.
