@@ -2,5 +2,6 @@
 
 pub mod contacts;
 pub mod inside;
+pub mod penetration;
 pub mod response;
 pub mod volume;
