@@ -46,27 +46,28 @@ impl View {
     }
 
     pub fn exit(&self, a: &Seen, b: &Seen) -> Option<f64> {
-        let mut hull = [Vector3::zeros(); 9];
-        for (at, corner) in hull.iter_mut().enumerate() {
-            *corner = a[at / 3] - b[at % 3];
-        }
-        Hull::of(&hull).height()
+        Hull::of(std::array::from_fn(|i| a[i / 3] - b[i % 3])).height()
     }
 }
 
-struct Hull<'a> {
-    corners: &'a [Vector3<f64>; 9],
+struct Hull {
+    /// As they are along the direction, and across it so large that the farthest is at 1.
+    corners: [Vector3<f64>; 9],
     /// Of each two corners, seen from the origin, twice the area between.
     turns: [[f64; 9]; 9],
-    /// What is nearer than this is seen in one place.
-    near: f64,
 }
 
-impl<'a> Hull<'a> {
-    /// Of the extent across the direction; that is far above what rounding does.
+impl Hull {
+    /// What is nearer than this is seen in one place: far more than rounding does.
     const NEAR: f64 = 1.5e-11;
 
-    fn of(corners: &'a [Vector3<f64>; 9]) -> Self {
+    fn of(mut corners: [Vector3<f64>; 9]) -> Self {
+        let size = corners.iter().map(|c| c.x.abs().max(c.y.abs())).fold(0.0, f64::max);
+        let scale = if size > 1e-300 { size.recip() } else { 1.0 };
+        corners.iter_mut().for_each(|corner| {
+            corner.x *= scale;
+            corner.y *= scale;
+        });
         let mut turns = [[0.0; 9]; 9];
         for i in 0..9 {
             for j in 0..i {
@@ -74,8 +75,7 @@ impl<'a> Hull<'a> {
                 (turns[i][j], turns[j][i]) = (turn, -turn);
             }
         }
-        let size = corners.iter().map(|c| c.x.abs().max(c.y.abs())).fold(0.0, f64::max);
-        Self { corners, turns, near: Self::NEAR * size }
+        Self { corners, turns }
     }
 
     fn height(&self) -> Option<f64> {
@@ -99,7 +99,7 @@ impl<'a> Hull<'a> {
 
     fn of_corner(&self, i: usize) -> Option<f64> {
         let corner = &self.corners[i];
-        (corner.x.abs() <= self.near && corner.y.abs() <= self.near).then_some(corner.z)
+        (corner.x.abs() <= Self::NEAR && corner.y.abs() <= Self::NEAR).then_some(corner.z)
     }
 
     fn of_segment(&self, i: usize, j: usize) -> Option<f64> {
@@ -107,7 +107,7 @@ impl<'a> Hull<'a> {
         let way = to - from;
         let way = Vector2::new(way.x, way.y);
         let length = way.norm();
-        if length <= self.near || self.turns[i][j].abs() > self.near * length {
+        if length <= Self::NEAR || self.turns[i][j].abs() > Self::NEAR * length {
             return None;
         }
         let t = -(from.x * way.x + from.y * way.y) / (length * length);
@@ -124,7 +124,7 @@ impl<'a> Hull<'a> {
         let [a, b, c] = [i, j, k].map(|i| &self.corners[i]);
         let side = |p: &Vector3<f64>, q: &Vector3<f64>| (p.x - q.x).abs().max((p.y - q.y).abs());
         let area = of_i + of_j + of_k;
-        let narrow = area.abs() <= self.near * side(a, b).max(side(b, c)).max(side(c, a));
+        let narrow = area.abs() <= Self::NEAR * side(a, b).max(side(b, c)).max(side(c, a));
         (!narrow).then(|| (of_i * a.z + of_j * b.z + of_k * c.z) / area)
     }
 }

@@ -48,6 +48,14 @@ pub struct Depth {
     pub queries: u32,
 }
 
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum PenetrationError<E> {
+    #[error(transparent)]
+    Bodies(#[from] E),
+    #[error("the way out leaves the range of 64-bit numbers: the meshes are in metres")]
+    TooFar,
+}
+
 /// Finds depths. Holds its memory between queries.
 #[derive(Debug, Default)]
 pub struct Penetration {
@@ -68,45 +76,45 @@ impl Penetration {
         bodies: &mut B,
         pose: &Pose,
         direction: &Direction,
-    ) -> Result<Depth, B::Error> {
-        let depth = self.depth_below(bodies, pose, direction, f64::INFINITY)?;
-        Ok(depth.expect("every depth is below infinity"))
+    ) -> Result<Depth, PenetrationError<B::Error>> {
+        let mut queries = 0;
+        let depth = self.depth_below(bodies, pose, direction, f64::INFINITY, &mut queries)?;
+        let [metres, free_at] = depth.ok_or(PenetrationError::TooFar)?;
+        Ok(Depth { metres, free_at, queries })
     }
 
-    /// `None` as soon as it is certain to be at least `limit`.
+    /// The first two numbers of a [`Depth`]; `None` as soon as they are certain to be at least
+    /// `limit`, or beyond all numbers.
     fn depth_below<B: Bodies>(
         &mut self,
         bodies: &mut B,
         pose: &Pose,
         direction: &Direction,
         limit: f64,
-    ) -> Result<Option<Depth>, B::Error> {
+        queries: &mut u32,
+    ) -> Result<Option<[f64; 2]>, B::Error> {
         let view = View::along(direction);
         let step = least_step(bodies, pose);
-        let mut depth = Depth { metres: 0.0, free_at: 0.0, queries: 0 };
-        let mut beyond = step;
-        loop {
-            let here = moved(pose, direction, depth.free_at);
+        let (mut ended, mut at, mut beyond) = (0.0, 0.0, step);
+        while at < limit.min(f64::MAX) {
+            let here = moved(pose, direction, at);
             self.pairs.clear();
             bodies.pairs(&here, &mut self.pairs)?;
-            depth.queries += 1;
+            *queries += 1;
             let end = if self.pairs.is_empty() {
                 match bodies.way_out(&here, &(*direction).into())? {
-                    None => return Ok(Some(depth)),
-                    Some(way) => depth.free_at + way,
+                    None => return Ok(Some([ended, at])),
+                    Some(way) => at + way,
                 }
             } else {
                 last_exit(bodies, pose, &view, &mut self.pairs, limit)
             };
-            // Where rounding says that it has ended before, it has not.
-            let goes_on = end > depth.free_at;
-            beyond = if goes_on { step } else { 2.0 * beyond };
-            depth.metres = end.max(depth.free_at);
-            depth.free_at = depth.metres + beyond;
-            if depth.free_at >= limit {
-                return Ok(None);
-            }
+            // What rounding says has ended before, has not.
+            beyond = if end > at { step } else { 2.0 * beyond };
+            ended = end.max(at);
+            at = ended + beyond;
         }
+        Ok(None)
     }
 }
 

@@ -1,5 +1,5 @@
 use super::seeds::{seeds, spread_over_sphere};
-use super::{Bodies, Depth, Direction, Penetration, View, last_exit};
+use super::{Bodies, Direction, Penetration, PenetrationError, View, last_exit};
 use crate::geometry::{Point, Pose};
 
 /// How long to search.
@@ -40,7 +40,7 @@ impl Penetration {
         bodies: &mut B,
         pose: &Pose,
         effort: Effort,
-    ) -> Result<LeastTranslation, B::Error> {
+    ) -> Result<LeastTranslation, PenetrationError<B::Error>> {
         let mut first = std::mem::take(&mut self.first_pairs);
         first.clear();
         let found = bodies.pairs(pose, &mut first).and_then(|()| {
@@ -57,7 +57,7 @@ impl Penetration {
             Ok(search.found())
         });
         self.first_pairs = first;
-        found
+        found?.ok_or(PenetrationError::TooFar)
     }
 }
 
@@ -76,17 +76,16 @@ impl<B: Bodies> Search<'_, B> {
     fn consider(&mut self, direction: &Direction) -> Result<bool, B::Error> {
         let limit = self.best.map_or(f64::INFINITY, |(_, length)| length);
         let view = View::along(direction);
-        if last_exit(self.bodies, self.pose, &view, self.first, limit) >= limit {
+        let lasts = |search: &mut Self| {
+            last_exit(search.bodies, search.pose, &view, search.first, limit) >= limit
+        };
+        if limit == 0.0 || lasts(self) {
             return Ok(false);
         }
-        let depth = self.depths.depth_below(self.bodies, self.pose, direction, limit)?;
-        let Some(Depth { free_at, queries, .. }) = depth else {
-            self.queries += 1;
-            return Ok(false);
-        };
-        self.queries += queries;
-        self.best = Some((*direction, free_at));
-        Ok(true)
+        let Self { depths, bodies, pose, queries, .. } = self;
+        let depth = depths.depth_below(*bodies, pose, direction, limit, queries)?;
+        self.best = depth.map(|[_, free_at]| (*direction, free_at)).or(self.best);
+        Ok(depth.is_some())
     }
 
     /// Tries directions round the best one.
@@ -111,10 +110,9 @@ impl<B: Bodies> Search<'_, B> {
         Ok(())
     }
 
-    fn found(&self) -> LeastTranslation {
-        let queries = self.queries;
-        // Some direction has a depth, as all do.
-        let (direction, length) = self.best.expect("axes are always considered");
-        LeastTranslation { translation: (direction.vector() * length).into(), length, queries }
+    fn found(&self) -> Option<LeastTranslation> {
+        let (direction, length) = self.best?;
+        let translation = (direction.vector() * length).into();
+        Some(LeastTranslation { translation, length, queries: self.queries })
     }
 }
