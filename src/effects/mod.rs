@@ -6,11 +6,14 @@
 mod asked;
 mod calculator;
 pub mod contacts;
+pub mod inside;
 pub mod layout;
 mod parts;
+pub mod penetration;
 mod plan;
 pub mod response;
 mod segments;
+pub mod volume;
 
 pub use asked::{Asked, PairsAsked, Unplannable};
 pub use calculator::{Effects, Question};

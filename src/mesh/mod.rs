@@ -8,6 +8,7 @@
 
 mod affine;
 pub mod builtin;
+pub mod closed;
 mod error;
 mod format;
 mod gltf;

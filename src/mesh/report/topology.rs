@@ -1,3 +1,5 @@
+use crate::mesh::closed::{roots, sorted_half_edges};
+
 /// How triangles hang together, from vertex indices alone.
 pub struct Topology {
     pub boundary_edges: usize,
@@ -34,39 +36,9 @@ impl Topology {
     }
 }
 
-/// The three edges of each triangle as (lower vertex, higher vertex, direction) in one number;
-/// vertex indices have at most 30 bits. A triangle with a repeated vertex is a segment, whose
-/// two ways cancel, so it has none.
-fn sorted_half_edges(faces: &[[u32; 3]]) -> Vec<u64> {
-    let proper = faces.iter().filter(|[a, b, c]| a != b && b != c && c != a);
-    let half_edge = |(from, to): (u32, u32)| {
-        u64::from(from.min(to)) << 32 | u64::from(from.max(to)) << 1 | u64::from(from > to)
-    };
-    let mut edges: Vec<u64> =
-        proper.flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)].map(half_edge)).collect();
-    edges.sort_unstable();
-    edges
-}
-
-/// By union-find with path halving.
 fn parts(faces: &[[u32; 3]], vertices: usize) -> usize {
-    let mut parent: Vec<u32> = (0..vertices as u32).collect();
-    let mut root = |mut i: u32, join: Option<u32>| {
-        if let Some(other) = join {
-            parent[i as usize] = other;
-        }
-        while parent[i as usize] != i {
-            parent[i as usize] = parent[parent[i as usize] as usize];
-            i = parent[i as usize];
-        }
-        i
-    };
-    for &[a, b, c] in faces {
-        let (a, b, c) = (root(a, None), root(b, None), root(c, None));
-        let b = root(b, Some(a));
-        root(c, Some(b));
-    }
-    let mut roots: Vec<u32> = faces.iter().map(|face| root(face[0], None)).collect();
+    let of_vertex = roots(faces, vertices);
+    let mut roots: Vec<u32> = faces.iter().map(|face| of_vertex[face[0] as usize]).collect();
     roots.sort_unstable();
     roots.dedup();
     roots.len()

@@ -1,0 +1,3 @@
+//! What a scene can ask of a scenario, each effect against an independent oracle.
+
+mod solids;
