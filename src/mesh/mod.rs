@@ -8,6 +8,7 @@
 
 mod affine;
 pub mod builtin;
+mod deform;
 mod error;
 mod format;
 mod gltf;
@@ -25,6 +26,7 @@ mod triangle_mesh;
 mod vrml;
 mod weld;
 
+pub use deform::{Dent, DentError, deform};
 pub use error::{FormatError, MeshError, Place, Problem};
 pub use format::Format;
 pub use source::MeshSource;
