@@ -4,6 +4,9 @@
 //! The answers are those of a tree that is built. It is slower to descend the further the mesh has
 //! gone from the one that its tree was built for.
 
+#[cfg(test)]
+mod tests;
+
 use std::ops::Range;
 
 use rayon::prelude::*;
@@ -12,7 +15,7 @@ use super::build::Orient;
 use super::fit::{Axes, IDENTITY, fit_all};
 use super::image::{Header, longest_diagonal};
 use super::node::{AabbNode, Child, Node, ObbNode, widen};
-use super::wide::{self, LeafBox};
+use super::wide::{self, LeafBox, LeafRows};
 use super::{Block, LeafTriangle, TreeImage, TreeKind, TreeView, frame_around};
 use crate::geometry::boxes::bounds;
 use crate::geometry::{Point, Triangle};
@@ -170,7 +173,7 @@ impl<'a> Sections<'a> {
         Self {
             nodes: section(header.nodes_at, node_bytes),
             leaf_boxes: section(header.leaf_boxes_at, leaves * size_of::<LeafBox>()),
-            leaf_rows: section(header.leaf_rows_at, leaves * size_of::<wide::LeafRows>()),
+            leaf_rows: section(header.leaf_rows_at, leaves * size_of::<LeafRows>()),
             vertices: bytemuck::cast_slice_mut(section(
                 header.vertices_at,
                 header.vertex_count as usize * size_of::<Point>(),

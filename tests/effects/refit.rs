@@ -189,8 +189,9 @@ fn moved_as_a_whole_and_back_a_wide_tree_has_the_bytes_it_had() {
 fn one_vertex_moves_only_its_leaves() {
     let before = Builtin::new(Model::Tracked, 3_000).unwrap().mesh();
     let which = 700;
-    let after =
-        with_vertices(&before, |i, v| [v[0] + if i == which { 0.5 } else { 0.0 }, v[1], v[2]]);
+    // Above the vehicle, out of every box it was in.
+    let up = |i: usize| if i == which { 3.0 } else { 0.0 };
+    let after = with_vertices(&before, |i, v| [v[0], v[1], v[2] + up(i)]);
     let uses = before.faces().iter().filter(|face| face.contains(&(which as u32))).count();
     assert!(uses > 0);
     let image = built(&before, TreeKind::Wide);
