@@ -6,6 +6,7 @@
 mod asked;
 mod calculator;
 pub mod contacts;
+pub mod crush;
 pub mod inside;
 pub mod layout;
 mod parts;

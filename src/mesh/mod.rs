@@ -9,6 +9,7 @@
 mod affine;
 pub mod builtin;
 pub mod closed;
+mod deform;
 mod error;
 mod format;
 mod gltf;
@@ -26,6 +27,7 @@ mod triangle_mesh;
 mod vrml;
 mod weld;
 
+pub use deform::{Dent, DentError, deform};
 pub use error::{FormatError, MeshError, Place, Problem};
 pub use format::Format;
 pub use source::MeshSource;

@@ -32,6 +32,12 @@ impl Projection {
         }
         along
     }
+
+    #[inline(always)]
+    fn interval(&self, [a, b, c]: &Triangle) -> ([f64; 4], [f64; 4]) {
+        let (a, b, c) = (self.of(a), self.of(b), self.of(c));
+        (least(least(a, b), c), most(most(a, b), c))
+    }
 }
 
 /// Of numbers; unlike [`f64::min`] this is one instruction.
@@ -160,18 +166,31 @@ pub struct Fit {
     pub half: Point,
 }
 
+impl Fit {
+    /// The least box along `axes` that contains what has its projections on them within these bounds.
+    ///
+    /// The box is `center + U s` with the rounded axes as columns of `U`, and what is projected is
+    /// `U^T (v - center)`, which differs from the `s` of `v` by at most the norm of `U^T U - I` times
+    /// the radius: the extents grow by that much.
+    fn around(axes: &Axes, low: &[f64; 4], high: &[f64; 4]) -> Self {
+        let wide = axes.map(|row| row.map(f64::from));
+        let middle = [0, 1, 2].map(|i| 0.5 * (low[i] + high[i]));
+        let center = [0, 1, 2].map(|k| {
+            (wide[0][k] * middle[0] + wide[1][k] * middle[1] + wide[2][k] * middle[2]) as f32
+        });
+        let projected = wide.map(|row| (0..3).map(|k| row[k] * f64::from(center[k])).sum::<f64>());
+        let half = [0, 1, 2].map(|i| (high[i] - projected[i]).max(projected[i] - low[i]));
+        let radius = half.iter().map(|h| h * h).sum::<f64>().sqrt();
+        Self { center, half: half.map(|h| h + 1.01 * AXES_TOLERANCE * radius) }
+    }
+}
+
 /// The least box along `axes` that contains the triangles; writes their projections.
-///
-/// The box is `center + U s` with the rounded axes as columns of `U`, and what is projected is
-/// `U^T (v - center)`, which differs from the `s` of `v` by at most the norm of `U^T U - I` times
-/// the radius: the extents grow by that much.
 pub fn fit_box(triangles: &[Triangle], ids: &[u32], axes: &Axes, out: &mut [Interval]) -> Fit {
     let projection = Projection::on(axes);
     let (mut low, mut high) = ([f64::INFINITY; 4], [f64::NEG_INFINITY; 4]);
     for (&id, interval) in ids.iter().zip(out) {
-        let [a, b, c] = &triangles[id as usize];
-        let (a, b, c) = (projection.of(a), projection.of(b), projection.of(c));
-        let (from, to) = (least(least(a, b), c), most(most(a, b), c));
+        let (from, to) = projection.interval(&triangles[id as usize]);
         for axis in 0..3 {
             interval.low[axis] = from[axis] as f32;
             interval.high[axis] = to[axis] as f32;
@@ -179,14 +198,19 @@ pub fn fit_box(triangles: &[Triangle], ids: &[u32], axes: &Axes, out: &mut [Inte
         low = least(low, from);
         high = most(high, to);
     }
-    let wide = axes.map(|row| row.map(f64::from));
-    let middle = [0, 1, 2].map(|i| 0.5 * (low[i] + high[i]));
-    let center = [0, 1, 2]
-        .map(|k| (wide[0][k] * middle[0] + wide[1][k] * middle[1] + wide[2][k] * middle[2]) as f32);
-    let projected = wide.map(|row| (0..3).map(|k| row[k] * f64::from(center[k])).sum::<f64>());
-    let half = [0, 1, 2].map(|i| (high[i] - projected[i]).max(projected[i] - low[i]));
-    let radius = half.iter().map(|h| h * h).sum::<f64>().sqrt();
-    Fit { center, half: half.map(|h| h + 1.01 * AXES_TOLERANCE * radius) }
+    Fit::around(axes, &low, &high)
+}
+
+/// [`fit_box`] of all of these, of which no projections are wanted.
+pub fn fit_all(triangles: &[Triangle], axes: &Axes) -> Fit {
+    let projection = Projection::on(axes);
+    let (mut low, mut high) = ([f64::INFINITY; 4], [f64::NEG_INFINITY; 4]);
+    for triangle in triangles {
+        let (from, to) = projection.interval(triangle);
+        low = least(low, from);
+        high = most(high, to);
+    }
+    Fit::around(axes, &low, &high)
 }
 
 #[cfg(test)]

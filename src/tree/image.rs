@@ -160,9 +160,8 @@ impl TreeImage {
         for bytes in sections {
             blocks.par_extend(bytes.par_chunks(64).with_min_len(1 << 12).map(Block::padded));
         }
-        let image: &mut [u8] = bytemuck::cast_slice_mut(&mut blocks);
         let (low, high) = bounds(parts.vertices);
-        let mut header = Header {
+        let header = Header {
             magic: MAGIC,
             format_version: FORMAT_VERSION,
             kind: parts.options.kind as u32,
@@ -185,6 +184,12 @@ impl TreeImage {
             leaf_diameter: parts.leaf_diameter,
             reserved: 0,
         };
+        Self::sealed(blocks, header)
+    }
+
+    /// Puts the header, with the hash of all that follows it, before sections that lie where it says.
+    pub(super) fn sealed(mut blocks: Vec<Block>, mut header: Header) -> Self {
+        let image: &mut [u8] = bytemuck::cast_slice_mut(&mut blocks);
         image[..size_of::<Header>()].copy_from_slice(bytemuck::bytes_of(&header));
         header.content_hash = xxh3_64(&image[HASHED_FROM..]);
         image[..size_of::<Header>()].copy_from_slice(bytemuck::bytes_of(&header));

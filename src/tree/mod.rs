@@ -10,6 +10,7 @@ mod image;
 mod kept;
 mod node;
 mod placement;
+mod refit;
 pub mod roots;
 mod sink;
 mod split;
@@ -20,6 +21,7 @@ pub use accuracy::{Accuracy, BoxDepth, NotAnAccuracy};
 pub use by_number::{ByNumber, Ranks};
 pub use image::{Block, FORMAT_VERSION, Header, ImageError, LeafTriangle, TreeImage, TreeView};
 pub use kept::KeptTree;
+pub use refit::{RefitError, refit};
 pub use sink::Counts;
 
 use rayon::prelude::*;
@@ -150,6 +152,10 @@ fn frame(mesh: &TriangleMesh) -> (Point, f64) {
     let parts = mesh.faces().as_flattened().par_chunks(1 << 15);
     let parts: Vec<_> = parts.map(|corners| bounds(corners.iter().map(vertex))).collect();
     let (low, high) = bounds(parts.iter().flat_map(|(low, high)| [low, high]));
+    frame_around(&low, &high)
+}
+
+fn frame_around(low: &Point, high: &Point) -> (Point, f64) {
     let origin = [0, 1, 2].map(|i| 0.5 * low[i] + 0.5 * high[i]);
     let extent = (0..3).map(|i| (0.5 * high[i] - 0.5 * low[i]).abs()).fold(0.0, f64::max);
     (origin, power_of_two_above(extent))

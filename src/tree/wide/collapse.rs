@@ -72,7 +72,7 @@ impl Collapsed {
 
 /// Center and half extents that contain the bounds: the half extents are taken from the rounded
 /// center in 64 bits, where that is exact, and rounded up.
-fn set_box(node: &mut WideNode, lane: usize, bounds: &Bounds) {
+pub(super) fn set_box(node: &mut WideNode, lane: usize, bounds: &Bounds) {
     for k in 0..3 {
         let (low, high) = (f64::from(bounds.low[k]), f64::from(bounds.high[k]));
         let center = (0.5 * (low + high)) as f32;

@@ -1,6 +1,6 @@
 //! The turned box of a leaf and its triangles in that box's frame.
 
-use super::node::{LeafBox, LeafRows};
+use super::node::{LeafBox, LeafRows, WIDTH};
 use crate::geometry::boxes::dot;
 use crate::geometry::{Point, Triangle};
 use crate::tree::fit::{Axes, IDENTITY, Projection, gaussian_axes, least, most, triangle_axes};
@@ -14,15 +14,31 @@ pub fn fit_leaf(triangles: &[Triangle], ids: &[u32], first: u32) -> (LeafBox, Le
     let fits = [IDENTITY, along_largest, gaussian_axes(triangles, ids)];
     let fits = fits.map(|axes| fit(triangles, ids, axes));
     let best = fits.iter().min_by(|a, b| surface(&a.half).total_cmp(&surface(&b.half)));
-    let best = best.unwrap_or(&fits[0]);
-    let rows = rows_of(triangles, ids, best);
-    let leaf = LeafBox {
-        axes: best.axes,
-        center: best.center,
-        half: round_up(containing(&best.half)),
-        first,
+    leaf_in(best.unwrap_or(&fits[0]), triangles, ids, first)
+}
+
+/// A leaf that has its turned box whose triangles have moved: along the same axes, as long as that
+/// does not make the box much larger. `unit`: that of the lengths in the leaf, in today's.
+pub fn refit_leaf(triangles: &[Triangle], unit: f64, leaf: &mut LeafBox, rows: &mut LeafRows) {
+    /// A box has to be that much larger for other axes to pay.
+    const GROWTH: f64 = 1.5;
+    const LANES: [u32; WIDTH] = [0, 1, 2, 3, 4, 5, 6, 7];
+    let lanes = &LANES[..triangles.len()];
+    let kept = fit(triangles, lanes, leaf.axes);
+    let before = surface(&widen(leaf.half).map(|h| h * unit));
+    let (first, ids) = (leaf.first, rows.ids);
+    (*leaf, *rows) = if surface(&kept.half) > GROWTH * before {
+        fit_leaf(triangles, lanes, first)
+    } else {
+        leaf_in(&kept, triangles, lanes, first)
     };
-    (leaf, rows)
+    rows.ids = ids;
+}
+
+fn leaf_in(fit: &Fit, triangles: &[Triangle], ids: &[u32], first: u32) -> (LeafBox, LeafRows) {
+    let half = round_up(containing(&fit.half));
+    let leaf = LeafBox { axes: fit.axes, center: fit.center, half, first };
+    (leaf, rows_of(triangles, ids, fit))
 }
 
 struct Fit {

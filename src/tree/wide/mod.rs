@@ -17,6 +17,7 @@ mod node;
 mod outcome;
 mod place;
 mod queue;
+mod refit;
 mod top;
 mod triangles;
 
@@ -24,6 +25,7 @@ pub use build::{BinaryNode, Bounds};
 pub use check::{Root, check, check_below, check_top};
 pub use descend::{Queues, Rooms};
 pub use node::{Below, LeafBox, LeafRows, Part, WIDTH, WideChild, WideNode};
+pub use refit::{Sections, refit};
 pub use top::grow_top;
 
 use rayon::prelude::*;

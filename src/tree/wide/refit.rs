@@ -1,0 +1,61 @@
+//! A wide tree whose vertices have moved: leaves first, then the nodes above them.
+
+use rayon::prelude::*;
+
+use super::build::Bounds;
+use super::collapse::set_box;
+use super::leaf_fit::refit_leaf;
+use super::node::{Below, LeafBox, LeafRows, WIDTH, WideNode};
+use crate::geometry::Point;
+use crate::geometry::boxes::bounds;
+use crate::tree::refit::Moved;
+
+/// Below this many leaves another task does not pay.
+const PARALLEL_LEAVES: usize = 256;
+
+/// What is rewritten of an image, as it was before.
+pub struct Sections<'a> {
+    pub nodes: &'a mut [WideNode],
+    pub leaf_boxes: &'a mut [LeafBox],
+    pub leaf_rows: &'a mut [LeafRows],
+}
+
+/// The boxes of all nodes become those that [`super::collapsed`] would give them.
+pub fn refit(sections: Sections<'_>, moved: &Moved<'_>) {
+    let Sections { nodes, leaf_boxes, leaf_rows } = sections;
+    let ends: Vec<u32> = leaf_boxes.iter().skip(1).map(|leaf| leaf.first).collect();
+    let leaves = leaf_boxes.par_iter_mut().zip(leaf_rows);
+    let refit_one = |(number, (leaf, rows)): (usize, (&mut LeafBox, &mut LeafRows))| {
+        let end = ends.get(number).copied().unwrap_or(moved.triangle_count());
+        let mut room = [[Point::default(); 3]; WIDTH];
+        let triangles = &mut room[..(end - leaf.first) as usize];
+        for (triangle, rank) in triangles.iter_mut().zip(leaf.first..) {
+            *triangle = moved.triangle(rank);
+        }
+        if moved.any_of(leaf.first..end) {
+            refit_leaf(triangles, moved.unit_before, leaf, rows);
+        }
+        let (low, high) = bounds(triangles.as_flattened());
+        Bounds::rounded_outwards(low, high)
+    };
+    let of_leaves: Vec<Bounds> =
+        leaves.enumerate().with_min_len(PARALLEL_LEAVES).map(refit_one).collect();
+    refit_nodes(nodes, &of_leaves);
+}
+
+/// A node's children come after it. What nothing has moved in comes out as it was.
+fn refit_nodes(nodes: &mut [WideNode], of_leaves: &[Bounds]) {
+    let mut of_nodes = vec![Bounds::NOTHING; nodes.len()];
+    for (at, node) in nodes.iter_mut().enumerate().rev() {
+        let mut all = Bounds::NOTHING;
+        for lane in 0..node.lanes() {
+            let below = match node.child[lane].below() {
+                Below::Leaf(leaf) => &of_leaves[leaf as usize],
+                Below::Node(child) => &of_nodes[child as usize],
+            };
+            set_box(node, lane, below);
+            all = all.with(below);
+        }
+        of_nodes[at] = all;
+    }
+}
