@@ -4,6 +4,7 @@ pub mod boxes;
 pub mod contact;
 pub mod continuous;
 mod coplanar;
+pub mod distance;
 pub mod motion;
 pub mod pose;
 pub mod predicates;

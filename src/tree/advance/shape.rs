@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::boxes::MeshBox;
 use crate::geometry::motion::{Carried, Span, earliest_crossing};
-use crate::geometry::{Point, Triangle};
+use crate::geometry::Triangle;
 
 /// A convex set at an instant, in world axes: the points, and around each of them the same box.
 pub struct Shape {
@@ -149,12 +149,10 @@ impl Shape {
     }
 }
 
+/// The squares of what is shorter have too few digits.
+const SHORTEST: f64 = 1e-140;
+
 /// Of unit length, or zero where there is no direction.
 pub fn unit(v: Vector3<f64>) -> Vector3<f64> {
-    v.try_normalize(f64::MIN_POSITIVE).unwrap_or_else(Vector3::zeros)
-}
-
-/// The points of two triangles as the crate has them.
-pub fn direction(from: &Point, to: &Point) -> Vector3<f64> {
-    unit(Vector3::from(*to) - Vector3::from(*from))
+    v.try_normalize(SHORTEST).unwrap_or_else(Vector3::zeros)
 }
