@@ -4,6 +4,8 @@
 //! SI units. A body moves in world axes, a part of it in those of its mesh.
 
 mod span;
+#[cfg(test)]
+mod tests;
 mod trajectory;
 
 pub use span::{Carried, Growth, Span, earliest_crossing};

@@ -117,12 +117,7 @@ impl Span {
 
     /// The same of their speed along a direction of unit length; below zero for points that only go
     /// the other way.
-    pub fn speed_along(
-        &self,
-        direction: &Vector3<f64>,
-        center: &Vector3<f64>,
-        radius: f64,
-    ) -> f64 {
+    pub fn speed_along(&self, direction: &Vector3<f64>, center: &Vector3<f64>, radius: f64) -> f64 {
         let growths = self.carry(center, radius).growth(direction);
         let largest = growths.map(|g| g.speed.max(g.speed + g.acceleration * self.duration));
         let [first, second] = largest;

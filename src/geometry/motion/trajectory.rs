@@ -49,8 +49,9 @@ const RANGE: f64 = 1e70;
 /// An angle beyond this has few digits left after the point.
 const MOST_TURN_RAD: f64 = (1_u64 << 30) as f64;
 
-/// Some hundred roundings in sequence, each 2^-53.
-const RELATIVE_ROUNDING: f64 = 1.0 / (1_u64 << 44) as f64;
+/// 64 roundings. Rotations of body and part, their product with the start's and the point's have less
+/// than 40 between them, relative to a lever that is counted twice; paths and their sums less than ten.
+const RELATIVE_ROUNDING: f64 = 1.0 / (1_u64 << 47) as f64;
 
 impl Trajectory {
     pub fn new(start: Pose, motion: &Motion, part: Option<&PartMotion>) -> Self {
@@ -102,9 +103,7 @@ impl Trajectory {
         let fastest_spin = rate(from_s).norm().max(rate(to_s).norm());
         let part = self.part.as_ref().map(|part| part.state(from_s, to_s));
         let pose = match &part {
-            Some(part) => {
-                pose_of(&(body * part.rotation), &(translation + body * part.offset))
-            }
+            Some(part) => pose_of(&(body * part.rotation), &(translation + body * part.offset)),
             None => pose_of(&body, &translation),
         };
         let cg = translation - rotation(&turn) * self.from_cg;

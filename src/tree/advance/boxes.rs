@@ -80,17 +80,15 @@ impl<'a> BoxTree<'a> {
             (Volumes::Obb(nodes), Spot::Box(node)) => two(nodes, node, children),
             (Volumes::Aabb(nodes), Spot::Box(node)) => two(nodes, node, children),
             (Volumes::Wide(nodes, _), Spot::Whole) => lanes(nodes, 0, children),
-            (Volumes::Wide(nodes, leaves), Spot::Box(slot)) => {
-                match child(nodes, slot) {
-                    Below::Node(node) => lanes(nodes, node, children),
-                    Below::Leaf(leaf) => {
-                        let first = |leaf: usize| leaves.get(leaf).map(|leaf| leaf.first);
-                        let (from, to) = (first(leaf as usize), first(leaf as usize + 1));
-                        let to = to.unwrap_or(self.tree.triangle_count());
-                        children.extend((from.unwrap_or(to)..to).map(Spot::Triangle));
-                    }
+            (Volumes::Wide(nodes, leaves), Spot::Box(slot)) => match child(nodes, slot) {
+                Below::Node(node) => lanes(nodes, node, children),
+                Below::Leaf(leaf) => {
+                    let first = |leaf: usize| leaves.get(leaf).map(|leaf| leaf.first);
+                    let (from, to) = (first(leaf as usize), first(leaf as usize + 1));
+                    let to = to.unwrap_or(self.tree.triangle_count());
+                    children.extend((from.unwrap_or(to)..to).map(Spot::Triangle));
                 }
-            }
+            },
             (_, Spot::Triangle(_)) | (Volumes::Obb(_) | Volumes::Aabb(_), Spot::Whole) => {}
         }
     }

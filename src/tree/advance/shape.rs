@@ -3,8 +3,8 @@
 use nalgebra::Vector3;
 
 use super::boxes::MeshBox;
-use crate::geometry::motion::{Carried, Span, earliest_crossing};
 use crate::geometry::Triangle;
+use crate::geometry::motion::{Carried, Span, earliest_crossing};
 
 /// A convex set at an instant, in world axes: the points, and around each of them the same box.
 pub struct Shape {
@@ -16,7 +16,7 @@ pub struct Shape {
     half: [f64; 3],
     /// Directions along which it may be apart from others, of unit length; zero for none.
     faces: [Vector3<f64>; 3],
-    /// Radius of a ball that it fits in; 0 for a triangle, which cannot be divided.
+    /// Radius of a ball that a box fits in; 0 for a triangle, which has no children.
     pub size: f64,
 }
 

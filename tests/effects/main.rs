@@ -1,0 +1,3 @@
+//! Effects against what is known of them otherwise.
+
+mod motion;
