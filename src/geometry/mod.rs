@@ -4,6 +4,8 @@ pub mod boxes;
 pub mod contact;
 pub mod continuous;
 mod coplanar;
+pub mod distance;
+pub mod motion;
 pub mod pose;
 pub mod predicates;
 pub mod simd;

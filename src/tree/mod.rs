@@ -1,6 +1,7 @@
 //! Bounding-volume trees: built from a mesh, kept as relocatable bytes, descended in pairs.
 
 mod accuracy;
+pub mod advance;
 mod build;
 mod by_number;
 pub mod cache;

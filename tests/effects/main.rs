@@ -5,3 +5,4 @@ mod crush;
 mod deform;
 mod oracle;
 mod refit;
+mod motion;
