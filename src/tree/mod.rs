@@ -7,6 +7,7 @@ pub mod descent;
 mod fit;
 mod image;
 mod kept;
+pub mod nearest;
 mod node;
 mod placement;
 pub mod roots;

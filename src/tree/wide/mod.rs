@@ -13,6 +13,7 @@ mod leaf_boxes;
 mod leaf_fit;
 mod leaf_pairs;
 mod meeting;
+mod nearest;
 mod node;
 mod outcome;
 mod place;
@@ -23,6 +24,7 @@ mod triangles;
 pub use build::{BinaryNode, Bounds};
 pub use check::{Root, check, check_below, check_top};
 pub use descend::{Queues, Rooms};
+pub use nearest::{NearestRooms, nearest};
 pub use node::{Below, LeafBox, LeafRows, Part, WIDTH, WideChild, WideNode};
 pub use top::grow_top;
 

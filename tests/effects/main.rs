@@ -1,0 +1,3 @@
+//! Effects against oracles that know nothing of trees.
+
+mod clearance;
