@@ -10,8 +10,8 @@ use parry3d_f64::query::details::intersection_test_support_map_support_map;
 use parry3d_f64::shape::TriMesh;
 
 pub struct Peer {
-    fixed: TriMesh,
-    moving: TriMesh,
+    pub fixed: TriMesh,
+    pub moving: TriMesh,
 }
 
 impl Peer {
@@ -57,7 +57,7 @@ impl Peer {
     }
 }
 
-fn placement(pose: &Pose) -> Placement {
+pub fn placement(pose: &Pose) -> Placement {
     let r = &pose.rotation;
     let columns = [0, 1, 2].map(|i| Vector::new(r[i], r[i + 3], r[i + 6]));
     let matrix = parry3d_f64::math::Matrix::from_cols(columns[0], columns[1], columns[2]);

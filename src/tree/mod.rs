@@ -9,6 +9,7 @@ pub mod descent;
 mod fit;
 mod image;
 mod kept;
+pub mod nearest;
 mod node;
 mod placement;
 mod refit;

@@ -28,16 +28,18 @@ const RIGID: f64 = 1.0 / 1024.0;
 /// Lengths are in `unit`s chosen so that nothing over- or underflows.
 #[derive(Clone, Debug)]
 pub struct Placement {
-    rotation: Matrix,
+    pub(super) rotation: Matrix,
     /// From the fixed image's origin to the placed origin of the moving one.
     offset: Point,
-    fixed_scale: f64,
-    moving_scale: f64,
-    relative_slack: f64,
+    pub(super) fixed_scale: f64,
+    pub(super) moving_scale: f64,
+    pub(super) relative_slack: f64,
     /// Bound on how much longer the rotation makes a vector.
     stretch: f64,
-    rigid: bool,
+    pub(super) rigid: bool,
     leaf_reach: f64,
+    /// In metres.
+    pub(super) unit: f64,
 }
 
 impl Placement {
@@ -72,6 +74,7 @@ impl Placement {
             stretch,
             rigid,
             leaf_reach: (leaf_reach * 1.001 + ABSOLUTE_SLACK) * unit,
+            unit,
         }
     }
 
@@ -92,7 +95,7 @@ impl Placement {
     }
 
     #[inline(always)]
-    fn slack(&self, ha: &Point, hb: &Point) -> f64 {
+    pub(super) fn slack(&self, ha: &Point, hb: &Point) -> f64 {
         let sum = ha[0] + ha[1] + ha[2] + self.stretch * (hb[0] + hb[1] + hb[2]);
         self.relative_slack * sum + ABSOLUTE_SLACK
     }
@@ -105,7 +108,7 @@ impl Placement {
     }
 
     #[inline(always)]
-    fn between_centers(&self, a: &[f32; 3], b: &[f32; 3]) -> Point {
+    pub(super) fn between_centers(&self, a: &[f32; 3], b: &[f32; 3]) -> Point {
         let a = scaled(a, self.fixed_scale);
         let turned = apply(&self.rotation, &scaled(b, self.moving_scale));
         [
@@ -181,6 +184,6 @@ impl BoxNode for AabbNode {
 }
 
 #[inline(always)]
-fn scaled(v: &[f32; 3], scale: f64) -> Point {
+pub(super) fn scaled(v: &[f32; 3], scale: f64) -> Point {
     [f64::from(v[0]) * scale, f64::from(v[1]) * scale, f64::from(v[2]) * scale]
 }

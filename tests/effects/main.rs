@@ -6,3 +6,4 @@ mod deform;
 mod oracle;
 mod refit;
 mod motion;
+mod clearance;

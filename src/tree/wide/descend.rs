@@ -294,7 +294,7 @@ fn meet<L: Lanes>(l: L, way: &Way, x: &WideNode, y: &WideNode, lane: usize) -> L
 }
 
 #[inline(always)]
-fn row_times<L: Lanes>(l: L, row: &[Row; 3], v: &[L::F; 3], start: L::F) -> L::F {
+pub fn row_times<L: Lanes>(l: L, row: &[Row; 3], v: &[L::F; 3], start: L::F) -> L::F {
     let first = l.mul_add(l.load(&row[0]), v[0], start);
     let second = l.mul_add(l.load(&row[1]), v[1], first);
     l.mul_add(l.load(&row[2]), v[2], second)

@@ -119,7 +119,7 @@ fn child(nodes: &[WideNode], slot: Slot) -> WideChild {
 }
 
 /// A slot's box as a node of a binary tree.
-fn boxed(nodes: &[WideNode], slot: Slot) -> AabbNode {
+pub fn boxed(nodes: &[WideNode], slot: Slot) -> AabbNode {
     let (node, lane) = (&nodes[slot as usize / WIDTH], slot as usize % WIDTH);
     AabbNode {
         center: node.center.map(|row| row[lane]),

@@ -50,6 +50,80 @@ impl Meeting {
     };
 }
 
+/// Both boxes of each pair in the frame of the fixed one, in the fixed unit.
+pub struct Turned<L: Lanes> {
+    pub fixed_half: [L::F; 3],
+    pub moving_half: [L::F; 3],
+    /// From the fixed center to the moving one.
+    pub between: [L::F; 3],
+    /// Axes of the moving box as columns.
+    pub axes: [[L::F; 3]; 3],
+    pub absolute: [[L::F; 3]; 3],
+    /// Half extents of the moving box along the fixed one's axes.
+    pub reach: [L::F; 3],
+    /// Sums of the half extents.
+    pub fixed_size: L::F,
+    pub moving_size: L::F,
+}
+
+impl<L: Lanes> Turned<L> {
+    #[inline(always)]
+    pub fn new(l: L, place: &LeafPlace, fixed: &[&[f32; 16]], moving: &[&[f32; 16]]) -> Self {
+        let a = l.transpose(fixed);
+        let b = l.transpose(moving);
+        let scale = l.splat(place.scale);
+        let fixed_half = [a[12], a[13], a[14]];
+        let moving_half = three!(i => l.mul(b[12 + i], scale));
+        let between = between_centers(l, place, &[a[9], a[10], a[11]], &[b[9], b[10], b[11]]);
+        let axes_a = three!(j => [a[3 * j], a[3 * j + 1], a[3 * j + 2]]);
+        let axes_b = three!(i => [b[3 * i], b[3 * i + 1], b[3 * i + 2]]);
+        let r = &place.rotation;
+        let columns = three!(i => [l.splat(r[0][i]), l.splat(r[1][i]), l.splat(r[2][i])]);
+        let turned = three!(j => three!(i => dot(l, &axes_a[j], &columns[i])));
+        let axes = three!(j => three!(i => dot(l, &turned[j], &axes_b[i])));
+        let absolute = three!(j => three!(i => l.abs(axes[j][i])));
+        Self {
+            between: three!(j => dot(l, &axes_a[j], &between)),
+            reach: three!(j => dot(l, &absolute[j], &moving_half)),
+            fixed_size: sum(l, &fixed_half),
+            moving_size: sum(l, &moving_half),
+            fixed_half,
+            moving_half,
+            axes,
+            absolute,
+        }
+    }
+
+    /// Of the distance of the centers along axis `i` of the moving box.
+    #[inline(always)]
+    pub fn along_moving(&self, l: L, i: usize) -> L::F {
+        let c = &self.axes;
+        l.abs(dot(l, &[c[0][i], c[1][i], c[2][i]], &self.between))
+    }
+
+    /// Half extents of the fixed box along axis `i` of the moving one.
+    #[inline(always)]
+    pub fn reach_of_fixed(&self, l: L, i: usize) -> L::F {
+        let m = &self.absolute;
+        dot(l, &[m[0][i], m[1][i], m[2][i]], &self.fixed_half)
+    }
+
+    #[inline(always)]
+    pub fn store(&self, l: L, place: &LeafPlace, out: &mut Meeting) {
+        let scale = l.splat(place.scale);
+        l.store(&mut out.fixed_size, self.fixed_size);
+        l.store(&mut out.moving_size, self.moving_size);
+        out.inexact = place.inexact;
+        for j in 0..3 {
+            l.store(&mut out.offset[j], self.between[j]);
+            l.store(&mut out.reach[j], self.reach[j]);
+            for (i, &entry) in self.axes[j].iter().enumerate() {
+                l.store(&mut out.matrix[3 * j + i], l.mul(entry, scale));
+            }
+        }
+    }
+}
+
 /// Bits of the lanes that meet.
 #[inline(always)]
 pub fn meet<L: Lanes>(
@@ -59,30 +133,16 @@ pub fn meet<L: Lanes>(
     moving: &[&[f32; 16]],
     out: &mut Meeting,
 ) -> u32 {
-    let a = l.transpose(fixed);
-    let b = l.transpose(moving);
-    let scale = l.splat(place.scale);
-    let ha = [a[12], a[13], a[14]];
-    let hb = three!(i => l.mul(b[12 + i], scale));
-    let (sum_a, sum_b) = (sum(l, &ha), sum(l, &hb));
+    let turned = Turned::new(l, place, fixed, moving);
+    let Turned { fixed_half: ha, moving_half: hb, between: t, axes: c, absolute: m, .. } = &turned;
     let inexact = l.splat(place.inexact);
-    let slack = l.mul_add(l.add(sum_a, sum_b), l.splat(place.relative_slack), inexact);
+    let both = l.add(turned.fixed_size, turned.moving_size);
+    let slack = l.mul_add(both, l.splat(place.relative_slack), inexact);
 
-    let between = between_centers(l, place, &[a[9], a[10], a[11]], &[b[9], b[10], b[11]]);
-    let axes_a = three!(j => [a[3 * j], a[3 * j + 1], a[3 * j + 2]]);
-    let axes_b = three!(i => [b[3 * i], b[3 * i + 1], b[3 * i + 2]]);
-    let t = three!(j => dot(l, &axes_a[j], &between));
-    let r = &place.rotation;
-    let columns = three!(i => [l.splat(r[0][i]), l.splat(r[1][i]), l.splat(r[2][i])]);
-    let turned = three!(j => three!(i => dot(l, &axes_a[j], &columns[i])));
-    let c = three!(j => three!(i => dot(l, &turned[j], &axes_b[i])));
-    let m = three!(j => three!(i => l.abs(c[j][i])));
-
-    let reach = three!(j => dot(l, &m[j], &hb));
-    let on_a = three!(j => l.le(l.abs(t[j]), l.add(reach[j], l.add(ha[j], slack))));
+    let on_a = three!(j => l.le(l.abs(t[j]), l.add(turned.reach[j], l.add(ha[j], slack))));
     let on_b = three!(i => {
-        let radius = l.add(dot(l, &[m[0][i], m[1][i], m[2][i]], &ha), l.add(hb[i], slack));
-        l.le(l.abs(dot(l, &[c[0][i], c[1][i], c[2][i]], &t)), radius)
+        let radius = l.add(turned.reach_of_fixed(l, i), l.add(hb[i], slack));
+        l.le(turned.along_moving(l, i), radius)
     });
     let on_products = three!(j => three!(i => {
         let (k, n) = ((j + 1) % 3, (j + 2) % 3);
@@ -97,17 +157,7 @@ pub fn meet<L: Lanes>(
     for on in on_products {
         all = l.and(all, l.and(l.and(on[0], on[1]), on[2]));
     }
-
-    l.store(&mut out.fixed_size, sum_a);
-    l.store(&mut out.moving_size, sum_b);
-    out.inexact = place.inexact;
-    for j in 0..3 {
-        l.store(&mut out.offset[j], t[j]);
-        l.store(&mut out.reach[j], reach[j]);
-        for (i, &entry) in c[j].iter().enumerate() {
-            l.store(&mut out.matrix[3 * j + i], l.mul(entry, scale));
-        }
-    }
+    turned.store(l, place, out);
     l.bits(all)
 }
 
