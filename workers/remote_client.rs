@@ -208,8 +208,11 @@ impl Calculator<'_> {
         let sent = &self.pairs[..wanted.pairs_of(count) as usize];
         self.words.extend(sent.iter().copied().map(bytemuck::cast::<Pair, u64>));
         if let Some(planned) = planned {
+            let parts: Result<Vec<_>, _> =
+                planned.parts.iter().map(|&part| store.whole(part)).collect();
             let question = Question {
                 trees: [store.whole(fixed)?, store.whole(moving)?],
+                parts: &parts?,
                 pose,
                 pairs: &self.pairs,
                 descent: &mut self.descent,

@@ -3,15 +3,17 @@
 use std::time::Instant;
 
 use super::layout::{Layout, Notes, StepCost};
-use super::{Effect, Known, Plan, Scenario};
+use super::{Effect, Kept, Known, Plan, Scenario};
 use crate::geometry::Pose;
 use crate::tree::descent::{Descent, DescentError, Pair};
-use crate::tree::{Ranks, TreeView};
+use crate::tree::TreeView;
 
 /// What is asked about one scenario.
 pub struct Question<'a> {
     /// The fixed and the moving one.
     pub trees: [TreeView<'a>; 2],
+    /// Those beside both, in the order of the plan.
+    pub parts: &'a [TreeView<'a>],
     pub pose: Pose,
     /// Sorted.
     pub pairs: &'a [Pair],
@@ -24,8 +26,8 @@ pub struct Effects {
     layout: Layout,
     effects: Vec<Box<dyn Effect>>,
     notes: Notes,
-    /// Of both meshes, for the effects that look for triangles by number.
-    ranks: [Ranks; 2],
+    /// Of the fixed and of the moving mesh.
+    kept: [Kept; 2],
 }
 
 impl Effects {
@@ -36,7 +38,7 @@ impl Effects {
             plan,
             effects,
             notes: Notes::default(),
-            ranks: Default::default(),
+            kept: Default::default(),
         }
     }
 
@@ -55,10 +57,10 @@ impl Effects {
         touching: bool,
         words: &mut Vec<u64>,
     ) -> Result<(), DescentError> {
-        let Question { trees: [fixed, moving], pose, pairs, descent } = question;
-        let scenario =
-            &mut Scenario { fixed, moving, pose, pairs, descent, ranks: &mut self.ranks };
-        let mut known = Known { touching };
+        let Question { trees: [fixed, moving], parts, pose, pairs, descent } = question;
+        let kept = &mut self.kept;
+        let scenario = &mut Scenario { fixed, moving, pose, pairs, descent, parts, kept };
+        let mut known = Known { touching, ..Known::default() };
         self.notes.clear(&self.layout);
         for (at, effect) in self.effects.iter_mut().enumerate() {
             if effect.is_called_for(&known) {

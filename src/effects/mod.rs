@@ -5,10 +5,13 @@
 
 mod asked;
 mod calculator;
+pub mod clearance;
 pub mod contacts;
 pub mod crush;
 pub mod inside;
+mod kept;
 pub mod layout;
+pub mod motion;
 mod parts;
 pub mod penetration;
 mod plan;
@@ -16,14 +19,17 @@ pub mod response;
 mod segments;
 pub mod volume;
 
-pub use asked::{Asked, PairsAsked, Unplannable};
+pub use asked::{
+    Asked, BodyAsked, CrushAsked, MotionAsked, PairsAsked, ResponseAsked, Unplannable,
+};
 pub use calculator::{Effects, Question};
 pub use parts::{NotRanges, Ranges};
-pub use plan::{Plan, Step, TABLES};
+pub use plan::{DESCRIPTIONS, Description, Plan, Step, TABLES};
 
-use crate::geometry::Pose;
+use crate::geometry::{Point, Pose};
 use crate::tree::descent::{Descent, DescentError, Pair};
-use crate::tree::{ByNumber, Ranks, TreeView};
+use crate::tree::{ByNumber, TreeView};
+pub use kept::Kept;
 use layout::{Note, StepLayout};
 
 /// One step of a plan, with what it keeps from scenario to scenario.
@@ -50,14 +56,17 @@ pub struct Scenario<'a> {
     /// Sorted, without those that are ignored; empty where only overlap is asked for.
     pub pairs: &'a [Pair],
     pub descent: &'a mut Descent,
-    pub ranks: &'a mut [Ranks; 2],
+    /// Trees beside both, in the order of the plan.
+    pub parts: &'a [TreeView<'a>],
+    /// Of the fixed and of the moving mesh.
+    pub kept: &'a mut [Kept; 2],
 }
 
 impl Scenario<'_> {
     /// The fixed and the moving mesh's triangles, the moving ones not placed.
     pub fn by_number(&mut self) -> [ByNumber<'_>; 2] {
-        let [fixed, moving] = self.ranks;
-        [fixed.of(&self.fixed), moving.of(&self.moving)]
+        let [fixed, moving] = self.kept;
+        [fixed.by_number(&self.fixed), moving.by_number(&self.moving)]
     }
 }
 
@@ -66,4 +75,25 @@ impl Scenario<'_> {
 pub struct Known {
     /// Some triangles touch.
     pub touching: bool,
+    /// Nothing touches, and a part of one mesh is inside the other.
+    pub inside: bool,
+    /// Where and when both collide, if a motion or an impact was asked for.
+    pub collision: Option<Collision>,
+    pub impact: Option<response::Impact>,
+}
+
+impl Known {
+    pub fn overlapping(&self) -> bool {
+        self.touching || self.inside
+    }
+}
+
+/// Where and when two bodies collide.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Collision {
+    pub time_s: f64,
+    /// World axes.
+    pub point: Point,
+    /// From the fixed body to the moving one, of unit length.
+    pub normal: Point,
 }

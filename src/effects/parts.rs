@@ -33,9 +33,27 @@ impl Ranges {
         }
     }
 
+    /// Of numbers in ascending order; `None` if there are none.
+    pub fn of(numbers: impl IntoIterator<Item = u32>) -> Option<Self> {
+        let mut ranges: Vec<[u32; 2]> = Vec::new();
+        for number in numbers {
+            match ranges.last_mut() {
+                Some([_, last]) if *last + 1 == number => *last = number,
+                _ => ranges.push([number, number]),
+            }
+        }
+        Self::new(ranges).ok()
+    }
+
     pub fn contains(&self, triangle: u32) -> bool {
         let after = self.0.partition_point(|[first, _]| *first <= triangle);
         after > 0 && triangle <= self.0[after - 1][1]
+    }
+
+    pub fn meets(&self, other: &Self) -> bool {
+        other.0.iter().any(|&[first, last]| {
+            self.0.iter().any(|&[from, to]| first <= to && from <= last)
+        })
     }
 
     pub fn last(&self) -> u32 {
@@ -72,6 +90,8 @@ mod tests {
         assert_eq!(held, [2, 7, 8, 9]);
         assert_eq!(ranges.iter().collect::<Vec<_>>(), held);
         assert_eq!(ranges.last(), 9);
+        assert_eq!(Ranges::of(held), Some(ranges));
+        assert_eq!(Ranges::of([]), None);
     }
 
     #[test]

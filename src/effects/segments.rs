@@ -6,8 +6,6 @@ use super::{Effect, Known, Scenario};
 use crate::geometry::Point;
 use crate::geometry::contact::certified;
 use crate::geometry::contact::curves::{Curve, PairContact, curves};
-use crate::mesh::weld;
-use crate::tree::TreeView;
 use crate::tree::descent::{DescentError, Pair};
 
 pub const LAYOUT: StepLayout = StepLayout {
@@ -50,26 +48,8 @@ pub const LAYOUT: StepLayout = StepLayout {
 const SEGMENTS: usize = 0;
 const CURVES: usize = 1;
 
-/// For each vertex of a tree the first at the same place.
-#[derive(Default)]
-struct Places {
-    tree: u64,
-    first: Vec<u32>,
-}
-
-impl Places {
-    /// Of this tree, as long as it is the same.
-    fn of(&mut self, tree: &TreeView<'_>) -> &[u32] {
-        if self.first.is_empty() || self.tree != tree.hash() {
-            *self = Self { tree: tree.hash(), first: weld(tree.vertices()).index };
-        }
-        &self.first
-    }
-}
-
 #[derive(Default)]
 pub struct Segments {
-    places: [Places; 2],
     pairs: Vec<Pair>,
     contacts: Vec<PairContact>,
 }
@@ -108,13 +88,12 @@ impl Segments {
     /// Of each pair that has something in common: all, unless pairs are less than exact.
     fn find(&mut self, scenario: &mut Scenario<'_>) {
         let pose = scenario.pose;
-        let [fixed_places, moving_places] = &mut self.places;
-        let places = [fixed_places.of(&scenario.fixed), moving_places.of(&scenario.moving)];
-        let pairs = scenario.pairs;
-        let meshes = scenario.by_number();
+        let Scenario { fixed, moving, pairs, kept: [of_fixed, of_moving], .. } = scenario;
+        let (fixed, moving) = (of_fixed.places(fixed), of_moving.places(moving));
+        let (places, meshes) = ([fixed.0, moving.0], [fixed.1, moving.1]);
         self.pairs.clear();
         self.contacts.clear();
-        for &pair in pairs {
+        for &pair in *pairs {
             let [a, b] = [0, 1].map(|side: usize| meshes[side].triangle(pair[side]));
             if let Some(contact) = certified(&a, &b.map(|p| pose.apply(p))) {
                 let vertices = [0, 1].map(|side: usize| {

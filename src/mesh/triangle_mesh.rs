@@ -49,6 +49,12 @@ impl TriangleMesh {
         (0..self.faces.len() as u32).map(|face| self.triangle(face))
     }
 
+    /// The same vertices, and of the faces only these, which are there, in this order.
+    pub fn of_triangles(&self, numbers: impl IntoIterator<Item = u32>) -> Self {
+        let faces = numbers.into_iter().map(|number| self.faces[number as usize]).collect();
+        Self { vertices: self.vertices.clone(), faces }
+    }
+
     /// The offset is added to every vertex in f64.
     pub fn moved(self, offset: Point) -> Result<Self, MeshError> {
         if offset == [0.0; 3] {

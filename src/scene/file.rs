@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::effects::{EffectsFile, PartFile};
+use super::body::BodyFile;
+use super::effects::{EffectsFile, MotionFile};
 use super::random::RandomScenarios;
 use super::values::{buffer_kilobytes, buffer_scenarios, patience, positive, restarts};
 use super::{
@@ -42,17 +43,7 @@ struct SceneFile {
     engine: EngineFile,
     #[serde(default)]
     effects: EffectsFile,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct BodyFile {
-    mesh: Spanned<String>,
-    offset_m: Option<Spanned<[f64; 3]>>,
-    depth: Option<Spanned<i64>>,
-    subtree_triangles: Option<Spanned<i64>>,
-    #[serde(default)]
-    pub(super) parts: Vec<PartFile>,
+    motion: Option<Spanned<MotionFile>>,
 }
 
 #[derive(Default, Deserialize)]
@@ -126,7 +117,11 @@ impl Scene {
             accuracy: source.accuracy(file.accuracy.as_ref())?,
             scenarios: source.scenarios(&file.scenarios)?,
             engine: source.engine(&file.engine)?,
-            effects: source.asked(&file.effects, [&file.fixed, &file.moving])?,
+            effects: source.asked(
+                &file.effects,
+                file.motion.as_ref(),
+                [&file.fixed, &file.moving],
+            )?,
         })
     }
 }
@@ -312,7 +307,7 @@ impl Source<'_> {
         self.invalid(error.span().map_or(0, |span| span.start), &key, reason)
     }
 
-    fn invalid(&self, offset: usize, key: &str, reason: impl Display) -> SceneError {
+    pub(super) fn invalid(&self, offset: usize, key: &str, reason: impl Display) -> SceneError {
         let before = &self.text.as_bytes()[..offset.min(self.text.len())];
         SceneError::Invalid {
             file: self.name.to_owned(),

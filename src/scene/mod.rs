@@ -1,11 +1,13 @@
 //! What to compute: a scene file becomes a validated [`Scene`], and its scenarios become poses.
 
+mod body;
 mod effects;
 mod engine;
 mod error;
 mod file;
 pub mod poses;
 pub mod random;
+mod switch;
 mod values;
 
 pub use engine::{EngineOptions, MatchRule, Slowdown, StartFrom, Transport};

@@ -6,10 +6,12 @@
 //! grows linearly with crush); McHenry, "The Algorithms of CRASH", 2001; NHTSA, "CRASH3 User's Guide and
 //! Technical Manual", 1982.
 
+mod effect;
 mod profile;
 mod stiffness;
 mod struck;
 
+pub use effect::{CrushEffect, CrushOptions};
 pub use profile::{Profile, ProfileError};
 pub use stiffness::{Stiffness, StiffnessError};
 pub use struck::{Struck, StruckError};

@@ -2,8 +2,10 @@
 //! not mean apart.
 
 mod crossings;
+mod effect;
 mod way_out;
 
+pub use effect::ContainmentEffect;
 pub use crossings::{Location, Locator};
 
 use crate::geometry::boxes::bounds;

@@ -2,12 +2,14 @@
 //! short one that a search over directions finds.
 
 mod direction;
+mod effect;
 mod exit;
 mod search;
 mod seeds;
 mod trees;
 
 pub use direction::{Direction, DirectionError};
+pub use effect::{PenetrationEffect, PenetrationOptions};
 pub use exit::exit_distance;
 pub use search::{Effort, LeastTranslation};
 pub use trees::{TreeError, Trees};

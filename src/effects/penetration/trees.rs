@@ -1,8 +1,9 @@
 use super::Bodies;
+use crate::effects::Kept;
 use crate::effects::inside::{Nesting, OutOfRange};
 use crate::geometry::{Point, Pose, Triangle};
 use crate::mesh::closed::Shells;
-use crate::tree::TreeView;
+use crate::tree::{ByNumber, TreeView};
 use crate::tree::descent::{Descent, DescentError, Pair};
 
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -14,32 +15,25 @@ pub enum TreeError {
 }
 
 /// Two meshes by their trees and the parts that their triangles make.
-#[derive(Debug)]
 pub struct Trees<'a> {
     trees: [TreeView<'a>; 2],
-    /// Each triangle's number in its file and its rank among the leaves, sorted.
-    ranks: [Vec<[u32; 2]>; 2],
-    shells: [Shells; 2],
+    meshes: [(&'a Shells, ByNumber<'a>); 2],
     descent: &'a mut Descent,
-    nesting: Nesting,
+    nesting: &'a mut Nesting,
 }
 
 impl<'a> Trees<'a> {
-    pub fn new(fixed: TreeView<'a>, moving: TreeView<'a>, descent: &'a mut Descent) -> Self {
-        let trees = [fixed, moving];
-        let shells = |tree: &TreeView<'_>| {
-            Shells::of(tree.vertices(), tree.triangles().iter().map(|triangle| triangle.vertices))
-        };
-        let (ranks, shells) = (trees.each_ref().map(ranks), trees.each_ref().map(shells));
-        Self { trees, ranks, shells, descent, nesting: Nesting::default() }
+    /// The fixed and the moving tree, and what is kept of each.
+    pub fn new(
+        trees: [TreeView<'a>; 2],
+        kept: &'a mut [Kept; 2],
+        descent: &'a mut Descent,
+        nesting: &'a mut Nesting,
+    ) -> Self {
+        let [of_fixed, of_moving] = kept;
+        let meshes = [of_fixed.shells(&trees[0]), of_moving.shells(&trees[1])];
+        Self { trees, meshes, descent, nesting }
     }
-}
-
-fn ranks(tree: &TreeView<'_>) -> Vec<[u32; 2]> {
-    let triangles = tree.triangles().iter().zip(0..);
-    let mut ranks: Vec<_> = triangles.map(|(triangle, rank)| [triangle.id, rank]).collect();
-    ranks.sort_unstable();
-    ranks
 }
 
 impl Bodies for Trees<'_> {
@@ -51,15 +45,12 @@ impl Bodies for Trees<'_> {
     }
 
     fn way_out(&mut self, pose: &Pose, direction: &Point) -> Result<Option<f64>, TreeError> {
-        let [fixed, moving] = &self.shells;
+        let [(fixed, _), (moving, _)] = &self.meshes;
         Ok(self.nesting.way_out(fixed, moving, pose, direction)?)
     }
 
-    fn triangles(&self, [a, b]: Pair) -> [Triangle; 2] {
-        [(0, a), (1, b)].map(|(i, id)| {
-            let at = self.ranks[i].partition_point(|&[other, _]| other < id);
-            self.trees[i].corners(self.ranks[i][at][1])
-        })
+    fn triangles(&self, pair: Pair) -> [Triangle; 2] {
+        [0, 1].map(|side: usize| self.meshes[side].1.triangle(pair[side]))
     }
 
     fn reach(&self) -> [Point; 2] {

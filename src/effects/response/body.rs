@@ -1,13 +1,37 @@
 //! Rigid bodies that can be.
 
 use nalgebra::{Matrix3, Quaternion, SymmetricEigen, UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
 
 /// Mass and moments of inertia that some rigid body has.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "InertiaValues", into = "InertiaValues")]
 pub struct Inertia {
     mass: f64,
     tensor: Matrix3<f64>,
     inverse: Matrix3<f64>,
+}
+
+/// Parameters of an [`Inertia`], as they come from outside.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct InertiaValues {
+    mass_kg: f64,
+    inertia_kg_m2: [[f64; 3]; 3],
+}
+
+impl TryFrom<InertiaValues> for Inertia {
+    type Error = InertiaError;
+
+    fn try_from(values: InertiaValues) -> Result<Self, InertiaError> {
+        Self::new(values.mass_kg, values.inertia_kg_m2)
+    }
+}
+
+impl From<Inertia> for InertiaValues {
+    fn from(Inertia { mass, tensor, .. }: Inertia) -> Self {
+        Self { mass_kg: mass, inertia_kg_m2: tensor.transpose().into() }
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]

@@ -5,12 +5,14 @@
 //! Formulas as in Steffan & Moser, "The collision and trajectory models of PC-CRASH", SAE 960886.
 
 mod body;
+mod effect;
 #[cfg(test)]
 mod tests;
 
 use nalgebra::{Matrix3, Vector3};
 
 pub use body::{Body, BodyError, Inertia, InertiaError};
+pub use effect::{ResponseBody, ResponseEffect, ResponseOptions};
 
 /// Where and how two bodies collide.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -8,8 +8,11 @@
 //! determining volumes of convex polyhedra", J. ACM 26, 1979).
 
 mod column;
+mod effect;
 mod grid;
 mod polygon;
+
+pub use effect::VolumeEffect;
 
 use super::inside::{OutOfRange, place};
 use crate::geometry::boxes::bounds;
