@@ -9,12 +9,13 @@ use anyhow::Context;
 
 use super::failure::Failure;
 use super::{interrupt, terminal};
+use crate::effects::Plan;
 use crate::geometry::Pose;
 use crate::mesh::{MeshSource, TriangleMesh};
 use crate::report::MeshSummary;
 use crate::scene::random::{self, RandomError, RandomScenarios};
 use crate::scene::{Body, Scenarios, Scene, read_poses};
-use crate::tree::{BuildOptions, TreeImage, cache};
+use crate::tree::{self, BuildOptions, TreeImage, cache};
 
 /// A value and the seconds it took.
 pub(super) type Timed<T> = (T, f64);
@@ -96,6 +97,16 @@ pub(super) fn build(
     let (fixed, moving) = rayon::join(|| one(&meshes.fixed), || meshes.moving.as_ref().map(one));
     activity.finish_and_clear();
     Both { fixed, moving }
+}
+
+/// Of the meshes that only effects need; they are small or seldom, and not kept.
+pub(super) fn build_parts(
+    plan: &Plan,
+    meshes: &Both<TriangleMesh>,
+    options: BuildOptions,
+) -> Vec<Arc<TreeImage>> {
+    let parts = plan.parts([meshes.fixed(), meshes.moving()]);
+    parts.iter().map(|mesh| Arc::new(tree::build(mesh, options))).collect()
 }
 
 fn build_one(mesh: &TriangleMesh, options: BuildOptions, cache_dir: Option<&Path>) -> Tree {

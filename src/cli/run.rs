@@ -23,7 +23,7 @@ use crate::scheduler::client_manager::{
     self, AnyEngine, EffectsWork, EngineError, EngineReport, ResultSink, ScenarioResult, Work,
 };
 use crate::tree::roots::Cut;
-use crate::tree::{BuildOptions, TreeKind};
+use crate::tree::{BuildOptions, TreeImage, TreeKind};
 use crate::wire::Wanted;
 
 pub(super) fn run(args: RunArgs) -> Result<(), Failure> {
@@ -42,6 +42,7 @@ pub(super) fn run(args: RunArgs) -> Result<(), Failure> {
     let plan = scene.effects.plan([meshes.fixed(), meshes.moving()]).map_err(Failure::usage)?;
     let options = BuildOptions { kind: scene.tree };
     let (trees, build_s) = timed(|| prepare::build(&meshes, options, request.cache_dir.as_deref()));
+    let parts = prepare::build_parts(&plan, &meshes, options);
     interrupt::check(&interrupt)?;
     let (poses, placed_s) = timed(|| poses.place(&meshes, &trees, &interrupt));
     let poses = poses?;
@@ -63,7 +64,7 @@ pub(super) fn run(args: RunArgs) -> Result<(), Failure> {
             costs: request.stats,
             plan: None,
         },
-        plan: (!plan.is_empty()).then_some(&plan),
+        effects: (!plan.is_empty()).then_some((&plan, &parts)),
         interrupt: &interrupt,
     };
     let report = answer(&mut *engine, &trees, &job, &mut results)
@@ -76,7 +77,7 @@ pub(super) fn run(args: RunArgs) -> Result<(), Failure> {
         (&results.measured, report.interrupted || !report.set_aside.is_empty())
     {
         let cache_dir = request.cache_dir.as_deref();
-        let job = Job { wanted: Wanted { pairs: 0, ..job.wanted }, plan: None, ..job };
+        let job = Job { wanted: Wanted { pairs: 0, ..job.wanted }, effects: None, ..job };
         let comparison = Comparison { meshes: &meshes, cache_dir, job };
         compared = comparison.with_others(&mut *engine, scene.tree, (trees, build_s), measured);
     }
@@ -107,8 +108,8 @@ pub(super) struct Job<'a> {
     /// Of the fixed and of the moving tree.
     pub cuts: [Cut; 2],
     pub wanted: Wanted,
-    /// Absent: pairs are all that is asked for.
-    pub plan: Option<&'a Plan>,
+    /// With the trees that only they need. Absent: pairs are all that is asked for.
+    pub effects: Option<(&'a Plan, &'a [Arc<TreeImage>])>,
     pub interrupt: &'a AtomicBool,
 }
 
@@ -121,18 +122,27 @@ impl Job<'_> {
         sink: &mut dyn ResultSink,
     ) -> Result<EngineReport, EngineError> {
         let meshes = trees.try_map(|tree| engine.add_mesh(Arc::clone(&tree.image)))?;
+        let parts = self.effects.map_or(&[][..], |(_, parts)| parts).iter();
+        let parts: Vec<_> =
+            parts.map(|part| engine.add_mesh(Arc::clone(part))).collect::<Result<_, _>>()?;
         let [fixed_cut, moving_cut] = self.cuts;
         let work = Work {
             fixed: (*meshes.fixed(), fixed_cut),
             moving: (*meshes.moving(), moving_cut),
             poses: self.poses,
             wanted: self.wanted,
-            effects: self.plan.map(|plan| EffectsWork { plan, parts: &[] }),
+            effects: self.effects.map(|(plan, _)| EffectsWork { plan, parts: &parts }),
         };
         let report = engine.run(&work, sink, self.interrupt)?;
         // The answers are complete, whatever comes of it.
-        if let Err(error) = meshes.try_map(|&mesh| engine.remove_mesh(mesh)) {
-            tracing::warn!("the engine keeps the memory of both trees: {error}");
+        let trees = [
+            Some(*meshes.fixed()),
+            (meshes.fixed() != meshes.moving()).then_some(*meshes.moving()),
+        ];
+        for mesh in trees.into_iter().flatten().chain(parts) {
+            if let Err(error) = engine.remove_mesh(mesh) {
+                tracing::warn!("the engine keeps the memory of a tree: {error}");
+            }
         }
         Ok(report)
     }

@@ -154,7 +154,8 @@ impl Asked {
 
     /// Whether all pairs are wanted and nothing else.
     pub fn is_contacts_only(&self) -> bool {
-        let Self { pairs, ignore, segments, containment, clearance, penetration, volume, .. } = self;
+        let Self { pairs, ignore, segments, containment, clearance, penetration, volume, .. } =
+            self;
         *pairs == PairsAsked::Contacts
             && ignore.is_empty()
             && !(*segments || *containment || *volume)
@@ -193,7 +194,8 @@ impl Asked {
             return Err(Unplannable::new("motion", reason));
         }
         for (side, body) in self.bodies.iter().enumerate() {
-            let reach = meshes[side].vertices().iter().map(|v| v.map(|c| c * c).iter().sum::<f64>());
+            let reach =
+                meshes[side].vertices().iter().map(|v| v.map(|c| c * c).iter().sum::<f64>());
             let reach = reach.fold(0.0, f64::max).sqrt();
             let moves = |part| Trajectory::new(Pose::IDENTITY, &body.motion.motion, part);
             let parts = body.parts.iter().map(|(_, motion)| Some(motion)).chain([None]);
@@ -217,7 +219,10 @@ impl Asked {
             let BodyAsked { inertia, motion, .. } = &self.bodies[side];
             let missing = || {
                 let key = format!("{}.mass_kg", SIDES[side]);
-                Unplannable::new(key, format!("is missing, with `inertia_kg_m2`: `{by}` needs both"))
+                Unplannable::new(
+                    key,
+                    format!("is missing, with `inertia_kg_m2`: `{by}` needs both"),
+                )
             };
             Ok(ResponseBody { inertia: inertia.ok_or_else(missing)?, motion: *motion })
         });
@@ -268,7 +273,8 @@ impl Asked {
         ];
         match whole.iter().find(|(_, asked)| *asked && !self.ignore.is_empty()) {
             Some((key, _)) => {
-                let reason = format!("looks at the whole meshes, which `{key}` does: leave one out");
+                let reason =
+                    format!("looks at the whole meshes, which `{key}` does: leave one out");
                 Err(Unplannable::new("effects.ignore", format!("is about contacts; {reason}")))
             }
             None => Ok(()),
@@ -276,8 +282,7 @@ impl Asked {
     }
 
     fn check_closed(&self, meshes: [&TriangleMesh; 2]) -> Result<(), Unplannable> {
-        let shells =
-            meshes.map(|mesh| Shells::of(mesh.vertices(), mesh.faces().iter().copied()));
+        let shells = meshes.map(|mesh| Shells::of(mesh.vertices(), mesh.faces().iter().copied()));
         let has = |shells: &Shells, is: fn(&crate::mesh::closed::Part) -> bool| {
             shells.parts().iter().any(is)
         };
@@ -312,9 +317,11 @@ fn part_trees(body: &BodyAsked, mesh: &TriangleMesh) -> Vec<PartTree> {
     }
     let moves = |triangle: &u32| body.parts.iter().any(|(part, _)| part.contains(*triangle));
     let rest = (0..mesh.faces().len() as u32).filter(|triangle| !moves(triangle));
-    let rest = Ranges::of(rest).map(|triangles| PartTree { triangles, motion: PartMotion::default() });
-    let moving = body.parts.iter().map(|(triangles, motion)| {
-        PartTree { triangles: triangles.clone(), motion: *motion }
-    });
+    let rest =
+        Ranges::of(rest).map(|triangles| PartTree { triangles, motion: PartMotion::default() });
+    let moving = body
+        .parts
+        .iter()
+        .map(|(triangles, motion)| PartTree { triangles: triangles.clone(), motion: *motion });
     rest.into_iter().chain(moving).collect()
 }

@@ -5,8 +5,8 @@ use std::time::Instant;
 use super::layout::{Layout, Notes, StepCost};
 use super::{Effect, Kept, Known, Plan, Scenario};
 use crate::geometry::Pose;
-use crate::tree::descent::{Descent, DescentError, Pair};
 use crate::tree::TreeView;
+use crate::tree::descent::{Descent, DescentError, Pair};
 
 /// What is asked about one scenario.
 pub struct Question<'a> {

@@ -51,9 +51,10 @@ impl Ranges {
     }
 
     pub fn meets(&self, other: &Self) -> bool {
-        other.0.iter().any(|&[first, last]| {
-            self.0.iter().any(|&[from, to]| first <= to && from <= last)
-        })
+        other
+            .0
+            .iter()
+            .any(|&[first, last]| self.0.iter().any(|&[from, to]| first <= to && from <= last))
     }
 
     pub fn last(&self) -> u32 {

@@ -115,7 +115,9 @@ impl Plan {
             let parts: &Vec<super::motion::PartTree> = parts;
             parts.iter().map(|part| mesh.of_triangles(part.triangles.iter())).collect()
         };
-        motions.flat_map(|options| meshes.into_iter().zip(&options.parts).flat_map(of_side)).collect()
+        motions
+            .flat_map(|options| meshes.into_iter().zip(&options.parts).flat_map(of_side))
+            .collect()
     }
 }
 
@@ -128,10 +130,16 @@ mod tests {
     fn every_table_of_a_step_is_known_by_name() {
         let margin = ClearanceOptions { margin_m: Some(0.1), ..ClearanceOptions::default() };
         let least = PenetrationOptions { direction: None, least: Some(Effort::default()) };
-        let steps =
-            vec![Step::Segments, Step::Containment, Step::Clearance(margin), Step::Penetration(least)];
+        let steps = vec![
+            Step::Segments,
+            Step::Containment,
+            Step::Clearance(margin),
+            Step::Penetration(least),
+        ];
         let plan = Plan { ignore: vec![], steps };
         assert!(plan.layout().tables().all(|table| TABLES.contains(&table.name)));
-        assert!(plan.layout().steps.iter().zip(&DESCRIPTIONS).all(|(step, d)| step.name == d.effect));
+        assert!(
+            plan.layout().steps.iter().zip(&DESCRIPTIONS).all(|(step, d)| step.name == d.effect)
+        );
     }
 }

@@ -158,9 +158,8 @@ impl Source<'_> {
                     return Err(self.wrong(&part.triangles, &key, reason));
                 }
                 let checked = PartMotion::new(*motion.get_ref());
-                let checked = checked.map_err(|error| {
-                    self.wrong(motion, &format!("{body}.parts.motion"), error)
-                })?;
+                let checked = checked
+                    .map_err(|error| self.wrong(motion, &format!("{body}.parts.motion"), error))?;
                 moving.push((triangles.clone(), checked));
             }
             if parts.insert(part.name.get_ref().clone(), triangles).is_some() {

@@ -6,7 +6,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::SceneError;
-use super::body::{Parts, BodyFile};
+use super::body::{BodyFile, Parts};
 use super::file::Source;
 use super::switch::Switch;
 use super::values::positive;
@@ -177,10 +177,16 @@ impl Source<'_> {
             file.directions.as_ref(),
             "effects.penetration.directions",
             Effort::default(),
-            |n| positive(n, "a number of directions", 1 << 20).map(|n| Effort { directions: n.get() }),
+            |n| {
+                positive(n, "a number of directions", 1 << 20)
+                    .map(|n| Effort { directions: n.get() })
+            },
         )?;
         let least = file.least.unwrap_or(direction.is_none());
-        Ok(PenetrationOptions { direction, least: (least || direction.is_none()).then_some(effort) })
+        Ok(PenetrationOptions {
+            direction,
+            least: (least || direction.is_none()).then_some(effort),
+        })
     }
 
     fn motion(&self, motion: &Spanned<MotionFile>) -> Result<MotionAsked, SceneError> {
@@ -204,9 +210,9 @@ impl Source<'_> {
                 "motion.resolution_s",
                 None,
                 |seconds| match Resolution::new(seconds) {
-                    Ok(_) if seconds < 1e-6 * duration.get_ref() => {
-                        Err(format!("{seconds} is below a millionth of `motion.duration_s`: give more"))
-                    }
+                    Ok(_) if seconds < 1e-6 * duration.get_ref() => Err(format!(
+                        "{seconds} is below a millionth of `motion.duration_s`: give more"
+                    )),
                     resolution => resolution.map(Some).map_err(|e| e.to_string()),
                 },
             )?,

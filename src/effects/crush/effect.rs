@@ -50,9 +50,8 @@ impl CrushOptions {
     pub fn crush(&self, pose: &Pose, known: &Known) -> Option<Crush> {
         let (impact, collision) = (known.impact?, known.collision?);
         let starts = [Pose::IDENTITY, *pose];
-        let [fixed, moving] = [0, 1].map(|side: usize| {
-            self.bodies[side].at(&starts[side], collision.time_s)
-        });
+        let [fixed, moving] =
+            [0, 1].map(|side: usize| self.bodies[side].at(&starts[side], collision.time_s));
         let (fixed, moving) = (fixed?, moving?);
         let (bodies, point) = ([&fixed, &moving], collision.point);
         crush_by(&impact, bodies, self.stiffness, point, self.width_m).ok()

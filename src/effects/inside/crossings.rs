@@ -77,9 +77,8 @@ impl Locator {
     fn sort(&mut self, points: &[Point]) {
         self.order.clear();
         self.order.extend(0..points.len() as u32);
-        self.order.sort_unstable_by(|&i, &j| {
-            points[i as usize][0].total_cmp(&points[j as usize][0])
-        });
+        self.order
+            .sort_unstable_by(|&i, &j| points[i as usize][0].total_cmp(&points[j as usize][0]));
         self.xs.clear();
         self.xs.extend(self.order.iter().map(|&i| points[i as usize][0]));
         self.counts.clear();

@@ -5,8 +5,8 @@ mod crossings;
 mod effect;
 mod way_out;
 
-pub use effect::ContainmentEffect;
 pub use crossings::{Location, Locator};
+pub use effect::ContainmentEffect;
 
 use crate::geometry::boxes::bounds;
 use crate::geometry::{Point, Pose};
@@ -106,7 +106,11 @@ impl Nesting {
     }
 }
 
-pub(super) fn place(moving: &Shells, pose: &Pose, placed: &mut Vec<Point>) -> Result<(), OutOfRange> {
+pub(super) fn place(
+    moving: &Shells,
+    pose: &Pose,
+    placed: &mut Vec<Point>,
+) -> Result<(), OutOfRange> {
     placed.clear();
     placed.extend(moving.points().iter().map(|&point| pose.apply(point)));
     let finite = |all: bool, point: &Point| all & point.iter().all(|c| c.is_finite());

@@ -3,8 +3,8 @@ use crate::effects::Kept;
 use crate::effects::inside::{Nesting, OutOfRange};
 use crate::geometry::{Point, Pose, Triangle};
 use crate::mesh::closed::Shells;
-use crate::tree::{ByNumber, TreeView};
 use crate::tree::descent::{Descent, DescentError, Pair};
+use crate::tree::{ByNumber, TreeView};
 
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum TreeError {

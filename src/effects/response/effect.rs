@@ -193,8 +193,7 @@ fn plane_of_contacts(scenario: &mut Scenario<'_>) -> Option<Collision> {
         let ends = [contact.corners()[0], *contact.corners().get(1)?].map(Vector3::from);
         (contact.kind() == Kind::Segment).then_some(ends)
     });
-    let weighted: Vec<_> =
-        segments.map(|[p, q]| (0.5 * (p + q), q - p, (q - p).norm())).collect();
+    let weighted: Vec<_> = segments.map(|[p, q]| (0.5 * (p + q), q - p, (q - p).norm())).collect();
     let total: f64 = weighted.iter().map(|(.., length)| length).sum();
     let middle = weighted.iter().map(|(at, _, length)| at * *length).sum::<Vector3<f64>>() / total;
     let scatter = |(at, along, length): &(Vector3<f64>, Vector3<f64>, f64)| {
