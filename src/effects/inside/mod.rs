@@ -104,7 +104,11 @@ impl Nesting {
     }
 }
 
-pub(super) fn place(moving: &Shells, pose: &Pose, placed: &mut Vec<Point>) -> Result<(), OutOfRange> {
+pub(super) fn place(
+    moving: &Shells,
+    pose: &Pose,
+    placed: &mut Vec<Point>,
+) -> Result<(), OutOfRange> {
     placed.clear();
     placed.extend(moving.points().iter().map(|&point| pose.apply(point)));
     let finite = |all: bool, point: &Point| all & point.iter().all(|c| c.is_finite());

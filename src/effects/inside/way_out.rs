@@ -31,9 +31,9 @@ impl Nesting {
 /// Zero if the surface is not met, as only rounding can make of a point inside.
 fn way_to_surface(from: &Point, direction: &Point, shells: &Shells, placed: &[Point]) -> f64 {
     let closed = shells.parts().iter().filter(|part| part.is_closed());
-    let triangles = closed.flat_map(|part| shells.faces(part)).map(|face| {
-        face.map(|corner| placed[corner as usize])
-    });
+    let triangles = closed
+        .flat_map(|part| shells.faces(part))
+        .map(|face| face.map(|corner| placed[corner as usize]));
     let hits = triangles.filter_map(|triangle| hit(from, direction, &triangle));
     hits.reduce(f64::min).unwrap_or(0.0)
 }

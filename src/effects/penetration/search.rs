@@ -46,7 +46,8 @@ impl Penetration {
         let found = bodies.pairs(pose, &mut first).and_then(|()| {
             crate::effects::contacts::sort(&mut first);
             let seeds = seeds(bodies, pose, &first);
-            let mut search = Search { depths: self, bodies, pose, first: &mut first, queries: 1, best: None };
+            let mut search =
+                Search { depths: self, bodies, pose, first: &mut first, queries: 1, best: None };
             seeds.into_iter().try_for_each(|seed| search.consider(&seed).map(drop))?;
             search.refine()?;
             for index in 0..effort.directions {

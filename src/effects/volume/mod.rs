@@ -104,7 +104,11 @@ impl Overlap {
     ) -> Result<Volume, VolumeError> {
         let signs = [("fixed", fixed), ("moving", moving)].map(|(name, shells)| {
             let is_solid = solid_parts(shells).next().is_some();
-            if is_solid { Ok(volume(shells).cubic_metres) } else { Err(VolumeError::NotSolid(name)) }
+            if is_solid {
+                Ok(volume(shells).cubic_metres)
+            } else {
+                Err(VolumeError::NotSolid(name))
+            }
         });
         let [fixed_volume, moving_volume] = signs;
         let turned = (fixed_volume? < 0.0) != (moving_volume? < 0.0);

@@ -75,9 +75,8 @@ pub fn integrate_lesser(polygon: &[Point2], values: impl Fn(&Point2) -> [f64; 2]
 fn mean_excess(at_corners: [f64; 3]) -> f64 {
     let [a, b, c] = at_corners;
     // Over the corner triangle in which the sign is that of the corner alone.
-    let alone = |v: f64, others: [f64; 2]| {
-        v.abs() / 3.0 * (v / (v - others[0])) * (v / (v - others[1]))
-    };
+    let alone =
+        |v: f64, others: [f64; 2]| v.abs() / 3.0 * (v / (v - others[0])) * (v / (v - others[1]));
     let mean = (a + b + c) / 3.0;
     match at_corners.map(|v| v > 0.0) {
         [false, false, false] => 0.0,

@@ -46,9 +46,11 @@ fn what_only_touches_or_is_apart_has_no_volume() {
         assert_eq!(overlap(&fixed, &fixed.moved(offset)).cubic_metres, 0.0);
     }
     // Edge on edge and vertex on face, the boxes round them deep in each other.
-    let diamond = fixed.placed(&Pose::from_quaternion([0.5_f64.sqrt(), 0.0, 0.0, 0.5_f64.sqrt()], [0.0; 3]));
+    let diamond =
+        fixed.placed(&Pose::from_quaternion([0.5_f64.sqrt(), 0.0, 0.0, 0.5_f64.sqrt()], [0.0; 3]));
     assert_is(overlap(&fixed, &diamond.moved([2.0, 0.0, 0.0])), 0.0);
-    let corner = tetrahedron([[1.0, 0.0, 0.0], [3.0, 1.0, 0.0], [3.0, -1.0, 0.5], [3.0, 0.0, -1.0]]);
+    let corner =
+        tetrahedron([[1.0, 0.0, 0.0], [3.0, 1.0, 0.0], [3.0, -1.0, 0.5], [3.0, 0.0, -1.0]]);
     assert_overlap_is(&fixed, &corner, 0.0);
     let slope = tetrahedron([[2.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 2.0], [2.0, 2.0, 2.0]]);
     let under = tetrahedron([[2.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 2.0], [0.0; 3]]);
@@ -161,9 +163,9 @@ fn sampled(a: &Shape, b: &Shape, cells: u32) -> (f64, f64) {
     let (of_a, of_b) = (a.triangles(), b.triangles());
     let middle = |i: u32| -1.0 + step * (f64::from(i) + 0.5);
     let all = (0..cells.pow(3)).map(|i| [i % cells, i / cells % cells, i / cells / cells]);
-    let inside = all.map(|cell| cell.map(middle)).filter(|p: &Point| {
-        winding(&of_a, p).round() != 0.0 && winding(&of_b, p).round() != 0.0
-    });
+    let inside = all
+        .map(|cell| cell.map(middle))
+        .filter(|p: &Point| winding(&of_a, p).round() != 0.0 && winding(&of_b, p).round() != 0.0);
     let volume = step.powi(3);
     (inside.count() as f64 * volume, step * 3_f64.sqrt() * (a.area() + b.area()))
 }
