@@ -111,7 +111,7 @@ fn halves(shells: &Shells, name: &str) -> Result<()> {
     let (left, right) =
         (block([-30.0; 3], [0.1, 30.0, 30.0]), block([0.1, -30.0, -30.0], [30.0; 3]));
     let (parts, ms) =
-        timed(|| [left, right].map(|half| overlap.volume(&half, shells, &Pose::IDENTITY)));
+        timed(|| [&left, &right].map(|half| overlap.volume(half, shells, &Pose::IDENTITY)));
     let [left, right] = parts;
     let (left, right) = (left?, right?);
     let off = (left.cubic_metres + right.cubic_metres - own.cubic_metres).abs();
@@ -131,7 +131,7 @@ fn sphere(rings: u32) -> Shells {
     let point = |ring: u32, at: u32| {
         let (polar, angle) =
             (PI * f64::from(ring) / f64::from(rings), TAU * f64::from(at) / f64::from(around));
-        let radius = if ring % rings == 0 { 0.0 } else { polar.sin() };
+        let radius = if ring.is_multiple_of(rings) { 0.0 } else { polar.sin() };
         [radius * angle.cos(), radius * angle.sin(), polar.cos()]
     };
     let points: Vec<Point> =

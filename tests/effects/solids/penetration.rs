@@ -267,7 +267,7 @@ fn the_least_way_out_of_what_is_round_or_inside_is_found() {
 fn more_directions_never_find_a_longer_way() {
     let (a, b) = (bumpy(1.0, 0, 5), bumpy(1.0, 0, 6));
     let pose = at([0.3, 0.2, 0.1]);
-    let lengths = [0, 8, 24, 48].map(|directions| least(&a, &b, &pose, directions).length);
+    let lengths = [0, 8, 24].map(|directions| least(&a, &b, &pose, directions).length);
     assert!(lengths.is_sorted_by(|few, many| few >= many), "{lengths:?}");
     // Spheres round and inside both.
     assert!(lengths.iter().all(|length| (0.2..2.4).contains(length)), "{lengths:?}");
