@@ -20,6 +20,7 @@ pub struct Shells {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Part {
     faces: Range<usize>,
+    points: Range<usize>,
     /// Any of its vertices, by position in [`Shells::points`].
     pub vertex: u32,
     pub edges: usize,
@@ -51,7 +52,12 @@ impl Shells {
         let (part_of_point, count) = numbered_parts(&faces, welded.points.len());
         let (mut faces, ranges) = in_order_of_parts(&faces, &part_of_point, count);
         let points = in_order_of_use(&welded.points, &mut faces);
-        let parts = ranges.into_iter().map(|range| part(&faces, range)).collect();
+        let part_after = |from: &mut usize, range| {
+            let part = part(&faces, range, *from);
+            *from = part.points.end;
+            Some(part)
+        };
+        let parts = ranges.into_iter().scan(0, part_after).collect();
         Self { points, faces, parts }
     }
 
@@ -68,6 +74,11 @@ impl Shells {
     /// Positions in [`Shells::points`], in file order within a part.
     pub fn faces(&self, part: &Part) -> &[[u32; 3]] {
         &self.faces[part.faces.clone()]
+    }
+
+    /// Where in [`Shells::points`] the part has its vertices, no other part's among them.
+    pub fn points_of(&self, part: &Part) -> Range<usize> {
+        part.points.clone()
     }
 
     pub fn open_edges(&self) -> usize {
@@ -89,10 +100,18 @@ impl Shells {
     }
 }
 
-fn part(all: &[[u32; 3]], range: Range<usize>) -> Part {
+/// `first`: its first point; they are in the order of their first use.
+fn part(all: &[[u32; 3]], range: Range<usize>, first: usize) -> Part {
     let faces = &all[range.clone()];
-    let mut part =
-        Part { faces: range, vertex: faces[0][0], edges: 0, open_edges: 0, turned_edges: 0 };
+    let last = faces.as_flattened().iter().fold(first as u32, |last, &corner| last.max(corner));
+    let mut part = Part {
+        faces: range,
+        points: first..last as usize + 1,
+        vertex: first as u32,
+        edges: 0,
+        open_edges: 0,
+        turned_edges: 0,
+    };
     for edge in sorted_half_edges(faces).chunk_by(|a, b| a >> 1 == b >> 1) {
         let turned = edge.iter().filter(|half| **half & 1 == 1).count();
         part.edges += 1;
@@ -248,9 +267,10 @@ mod tests {
         let faces = (0..4).flat_map(|i| [TETRAHEDRON[i].map(|c| c + 4), TETRAHEDRON[i]]);
         let shells = Shells::of(&points, faces);
         for (part, offset) in shells.parts().iter().zip([5.0, 0.0]) {
-            assert_eq!(shells.faces(part).len(), 4);
+            assert_eq!((shells.faces(part).len(), shells.points_of(part).len()), (4, 4));
             assert_eq!(shells.points()[part.vertex as usize], [offset; 3]);
             for &corner in shells.faces(part).as_flattened() {
+                assert!(shells.points_of(part).contains(&(corner as usize)));
                 assert!(shells.points()[corner as usize].iter().all(|c| c - offset <= 1.0));
             }
         }

@@ -52,6 +52,10 @@ impl Locator {
     pub fn locate(&mut self, points: &[Point], shells: &Shells, placed: &[Point]) -> &[Location] {
         self.sort(points);
         for part in shells.parts().iter().filter(|part| part.is_closed()) {
+            let (low, high) = bounds(&placed[shells.points_of(part)]);
+            if !self.any_may_cross(points, &low, &high) {
+                continue;
+            }
             for face in shells.faces(part) {
                 let triangle = face.map(|corner| placed[corner as usize]);
                 self.cross(points, &triangle, part.is_solid());
@@ -83,6 +87,16 @@ impl Locator {
         self.xs.extend(self.order.iter().map(|&i| points[i as usize][0]));
         self.counts.clear();
         self.counts.resize(points.len(), Count::default());
+    }
+
+    /// Whether the ray from any of the points may meet what is within bounds.
+    fn any_may_cross(&self, points: &[Point], low: &Point, high: &Point) -> bool {
+        let from = self.xs.partition_point(|x| *x < low[0]);
+        let beside = self.xs[from..].iter().zip(&self.order[from..]);
+        let beside = beside.take_while(|(x, _)| **x <= high[0]);
+        beside
+            .map(|(_, &i)| &points[i as usize])
+            .any(|point| low[1] <= point[1] && point[1] <= high[1] && point[2] <= high[2])
     }
 
     #[inline]

@@ -1,6 +1,8 @@
 use super::seeds::{seeds, spread_over_sphere};
 use super::{Bodies, Direction, Penetration, PenetrationError, View, last_exit};
+use crate::effects::contacts::sort;
 use crate::geometry::{Point, Pose};
+use crate::tree::descent::Pair;
 
 /// How long to search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -30,7 +32,7 @@ pub struct LeastTranslation {
 impl Penetration {
     /// The shortest translation of the moving mesh out of contact among those that were tried, each
     /// along one direction to the first place where nothing touches and no part is inside. The same
-    /// on every machine.
+    /// every time.
     ///
     /// A direction is given up as soon as a contact on its way lasts beyond the best so far, most by
     /// the contacts of the first pose; from each better one found, directions round it are tried,
@@ -44,7 +46,7 @@ impl Penetration {
         let mut first = std::mem::take(&mut self.first_pairs);
         first.clear();
         let found = bodies.pairs(pose, &mut first).and_then(|()| {
-            crate::effects::contacts::sort(&mut first);
+            sort(&mut first);
             let seeds = seeds(bodies, pose, &first);
             let mut search =
                 Search { depths: self, bodies, pose, first: &mut first, queries: 1, best: None };
@@ -67,7 +69,7 @@ struct Search<'a, B> {
     bodies: &'a mut B,
     pose: &'a Pose,
     /// Pairs of the pose without translation.
-    first: &'a mut [[u32; 2]],
+    first: &'a mut [Pair],
     queries: u32,
     best: Option<(Direction, f64)>,
 }

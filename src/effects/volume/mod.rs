@@ -56,11 +56,11 @@ pub fn volume(shells: &Shells) -> Volume {
             let (l, m) = ((k + 1) % 3, (k + 2) % 3);
             [a[k] * b[l] * c[m], -a[k] * b[m] * c[l]]
         });
-        terms.as_flattened().iter().for_each(|term| sum.add(*term / 6.0));
+        sum.add(terms.as_flattened().iter().sum::<f64>() / 6.0);
         size += terms.as_flattened().iter().map(|term| term.abs() / 6.0).sum::<f64>();
     }
-    // Each term: three differences, two products and a quotient.
-    Volume { cubic_metres: sum.value(), error: 8.0 * ROUNDOFF * size }
+    // Each term: three differences, two products, five sums and a quotient.
+    Volume { cubic_metres: sum.value(), error: 16.0 * ROUNDOFF * size }
 }
 
 fn solid_parts(shells: &Shells) -> impl Iterator<Item = &Part> {
@@ -105,16 +105,9 @@ impl Overlap {
         moving: &Shells,
         pose: &Pose,
     ) -> Result<Volume, VolumeError> {
-        let signs = [("fixed", fixed), ("moving", moving)].map(|(name, shells)| {
-            let is_solid = solid_parts(shells).next().is_some();
-            if is_solid {
-                Ok(volume(shells).cubic_metres)
-            } else {
-                Err(VolumeError::NotSolid(name))
-            }
-        });
-        let [fixed_volume, moving_volume] = signs;
-        let turned = (fixed_volume? < 0.0) != (moving_volume? < 0.0);
+        for (name, shells) in [("fixed", fixed), ("moving", moving)] {
+            solid_parts(shells).next().ok_or(VolumeError::NotSolid(name))?;
+        }
         place(moving, pose, &mut self.placed)?;
         let Some(room) = common_box(fixed, moving, &self.placed) else {
             return Ok(Volume { cubic_metres: 0.0, error: 0.0 });
@@ -128,7 +121,11 @@ impl Overlap {
         if !(cubic_metres.is_finite() && error.is_finite()) {
             return Err(VolumeError::TooLarge);
         }
-        Ok(Volume { cubic_metres: if turned { 0.0 - cubic_metres } else { cubic_metres }, error })
+        let [fixed_turned, moving_turned] =
+            [fixed, moving].map(|shells| volume(shells).cubic_metres < 0.0);
+        let sign = if fixed_turned == moving_turned { 1.0 } else { -1.0 };
+        // Adding makes no zero negative.
+        Ok(Volume { cubic_metres: 0.0 + sign * cubic_metres, error })
     }
 
     fn sum_of_pairs(&mut self, room: &Room) -> Volume {

@@ -74,10 +74,10 @@ fn a_closed_part_with_turned_triangles_goes_by_parity_and_an_open_one_has_no_ins
     let mut turned = cube(1.0);
     turned.faces.iter_mut().step_by(3).for_each(|face| face.swap(0, 1));
     assert!(turned.shells().is_closed() && !turned.shells().is_solid());
-    assert_eq!(locate(&turned, &[[0.1; 3], [3.0, 0.1, 0.1]]), [
-        Location::Inside,
-        Location::Outside
-    ]);
+    assert_eq!(
+        locate(&turned, &[[0.1; 3], [3.0, 0.1, 0.1]]),
+        [Location::Inside, Location::Outside]
+    );
     let mut open = cube(1.0);
     open.faces.pop();
     assert_eq!(locate(&open, &[[0.1, 0.2, 0.3]]), [Location::Outside]);
@@ -98,7 +98,8 @@ fn a_mesh_inside_another_is_found_whichever_of_them_moves() {
 
 #[test]
 fn parts_inside_are_counted_one_by_one() {
-    let three = cube(0.25).with(&cube(0.25).moved([5.0, 0.0, 0.0])).with(&cube(0.25).moved([1.0; 3]));
+    let three =
+        cube(0.25).with(&cube(0.25).moved([5.0, 0.0, 0.0])).with(&cube(0.25).moved([1.0; 3]));
     let (large, three) = (cube(2.0).shells(), three.shells());
     let mut nesting = Nesting::default();
     let found = nesting.contained(&large, &three, &Pose::IDENTITY).expect("finite");

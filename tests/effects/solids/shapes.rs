@@ -87,10 +87,8 @@ pub fn cube(half: f64) -> Shape {
 /// Facing outward whichever way the corners go round.
 pub fn tetrahedron(points: [Point; 4]) -> Shape {
     let [u, v, w] = [1, 2, 3].map(|i| [0, 1, 2].map(|k| points[i][k] - points[0][k]));
-    let shape = Shape {
-        points: points.into(),
-        faces: vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]],
-    };
+    let shape =
+        Shape { points: points.into(), faces: vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]] };
     if dot(cross(u, v), w) < 0.0 { shape.turned() } else { shape }
 }
 
@@ -110,7 +108,9 @@ pub fn sphere(radius: f64, times: u32) -> Shape {
         i != j && dot(d, d) < 4.1
     };
     let mut faces = Vec::new();
-    for (i, j, k) in (0..12).flat_map(|i| (i..12).flat_map(move |j| (j..12).map(move |k| (i, j, k)))) {
+    for (i, j, k) in
+        (0..12).flat_map(|i| (i..12).flat_map(move |j| (j..12).map(move |k| (i, j, k))))
+    {
         if near(i, j) && near(j, k) && near(k, i) {
             let outward = dot(cross(points[i], points[j]), points[k]) > 0.0;
             faces.push((if outward { [i, j, k] } else { [i, k, j] }).map(|c| c as u32));
@@ -143,7 +143,8 @@ fn divided(shape: &Shape) -> Shape {
 pub fn bumpy(radius: f64, times: u32, seed: u64) -> Shape {
     let mut state = seed;
     let mut number = move || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (state >> 11) as f64 / (1_u64 << 53) as f64
     };
     let mut shape = sphere(radius, times);
