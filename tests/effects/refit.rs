@@ -125,7 +125,7 @@ fn pose() -> impl Strategy<Value = Pose> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(100))]
+    #![proptest_config(ProptestConfig::with_cases(60))]
 
     #[test]
     fn a_refitted_tree_gives_the_pairs_of_a_built_one_and_of_brute_force(
