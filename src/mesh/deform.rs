@@ -68,19 +68,19 @@ impl Dent {
         Ok(Self { point, inward, across, half, depth: depth_m, taper: taper_m })
     }
 
-    fn from_point(&self, vertex: &Point) -> Point {
+    fn relative(&self, vertex: &Point) -> Point {
         [0, 1, 2].map(|k| vertex[k] - self.point[k])
     }
 
     /// How far a vertex lies outside of the zone's rectangle.
     fn outside(&self, vertex: &Point) -> f64 {
-        let from = self.from_point(vertex);
+        let from = self.relative(vertex);
         let beyond = |i: usize| (dot(&from, &self.across[i]).abs() - self.half[i]).max(0.0);
         beyond(0).hypot(beyond(1))
     }
 
     fn along(&self, vertex: &Point) -> f64 {
-        dot(&self.from_point(vertex), &self.inward)
+        dot(&self.relative(vertex), &self.inward)
     }
 
     /// How far a vertex is pushed in, of a mesh whose outermost in the zone is at `front`.

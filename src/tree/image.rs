@@ -184,16 +184,22 @@ impl TreeImage {
             leaf_diameter: parts.leaf_diameter,
             reserved: 0,
         };
-        Self::sealed(blocks, header)
+        let mut image = Self { blocks };
+        image.seal(header);
+        image
     }
 
     /// Puts the header, with the hash of all that follows it, before sections that lie where it says.
-    pub(super) fn sealed(mut blocks: Vec<Block>, mut header: Header) -> Self {
-        let image: &mut [u8] = bytemuck::cast_slice_mut(&mut blocks);
+    pub(super) fn seal(&mut self, mut header: Header) {
+        let image: &mut [u8] = bytemuck::cast_slice_mut(&mut self.blocks);
         image[..size_of::<Header>()].copy_from_slice(bytemuck::bytes_of(&header));
         header.content_hash = xxh3_64(&image[HASHED_FROM..]);
         image[..size_of::<Header>()].copy_from_slice(bytemuck::bytes_of(&header));
-        Self { blocks }
+    }
+
+    /// To be rewritten, and then [sealed](Self::seal).
+    pub(super) fn blocks_mut(&mut self) -> &mut [Block] {
+        &mut self.blocks
     }
 }
 

@@ -32,31 +32,41 @@ pub enum RefitError {
     Faces(u32),
 }
 
-/// The tree of `mesh`, which has the faces of the mesh that `tree` was built from, and its vertices
-/// anywhere else.
+/// Makes `image` the tree of `mesh`, which has the faces of the mesh that it was built from, and its
+/// vertices anywhere else. Whoever goes on using the tree as it was refits a clone.
 ///
 /// Leaves of which no vertex has moved, and nodes above only such leaves, keep their bytes, as long as
 /// the mesh stays in the frame of the image ([`Header::origin`]) and does not shrink below a quarter
-/// of it. The same bytes on any number of cores.
-pub fn refit(tree: &TreeView<'_>, mesh: &TriangleMesh) -> Result<TreeImage, RefitError> {
-    let (vertices, (mut blocks, mesh_hash)) = rayon::join(
-        || vertices_of(tree, mesh),
-        || rayon::join(|| copied(tree.blocks()), || mesh.content_hash()),
-    );
+/// of it. The same bytes on any number of cores. After an error the image is what it was.
+pub fn refit(image: &mut TreeImage, mesh: &TriangleMesh) -> Result<(), RefitError> {
+    let tree = image.view();
+    let (before, kind) = (*tree.header(), tree.kind());
+    let (vertices, mesh_hash) = rayon::join(|| vertices_of(&tree, mesh), || mesh.content_hash());
     let vertices = vertices?;
     let (low, high) = bounds(&vertices);
-    let before = tree.header();
-    let (origin, unit) = frame(before, &low, &high);
-    let moved = Moved::new(tree, &vertices, (origin, unit));
-    let sections = Sections::of(&mut blocks, before);
-    sections.vertices.copy_from_slice(&vertices);
-    let leaf_diameter = match tree.kind() {
-        TreeKind::Obb => refit_binary::<ObbNode>(sections, before.node_count, &moved),
-        TreeKind::Aabb => refit_binary::<AabbNode>(sections, before.node_count, &moved),
-        TreeKind::Wide => refit_wide(sections, &moved),
+    let (origin, unit) = frame(&before, &low, &high);
+    let has_moved = if (origin, unit) == (before.origin, before.unit) {
+        differing(tree.vertices(), &vertices)
+    } else {
+        vec![true; vertices.len()]
     };
-    let header = Header { mesh_hash, origin, unit, low, high, leaf_diameter, ..*before };
-    Ok(TreeImage::sealed(blocks, header))
+    let sections = Sections::of(image.blocks_mut(), &before);
+    sections.vertices.copy_from_slice(&vertices);
+    let moved = Moved {
+        triangles: sections.triangles,
+        vertices: normalised(vertices, origin, unit),
+        has_moved,
+        unit_before: before.unit / unit,
+    };
+    let leaf_diameter = match kind {
+        TreeKind::Obb => refit_binary::<ObbNode>(sections.nodes, before.node_count, &moved),
+        TreeKind::Aabb => refit_binary::<AabbNode>(sections.nodes, before.node_count, &moved),
+        TreeKind::Wide => {
+            refit_wide(sections.nodes, sections.leaf_boxes, sections.leaf_rows, &moved)
+        }
+    };
+    image.seal(Header { mesh_hash, origin, unit, low, high, leaf_diameter, ..before });
+    Ok(())
 }
 
 /// The mesh's vertices by their numbers in the image.
@@ -85,8 +95,19 @@ fn vertices_of(tree: &TreeView<'_>, mesh: &TriangleMesh) -> Result<Vec<Point>, R
     Ok(in_mesh.iter().zip(tree.vertices()).map(vertex).collect())
 }
 
-fn copied(blocks: &[Block]) -> Vec<Block> {
-    blocks.par_iter().with_min_len(1 << 12).copied().collect()
+/// By their bits: an image has those of a zero's sign, too.
+fn differing(before: &[Point], now: &[Point]) -> Vec<bool> {
+    let bits = |v: &Point| v.map(f64::to_bits);
+    before.iter().zip(now).map(|(before, now)| bits(before) != bits(now)).collect()
+}
+
+/// To node coordinates.
+fn normalised(mut vertices: Vec<Point>, origin: Point, unit: f64) -> Vec<Point> {
+    let scale = unit.recip();
+    vertices.par_iter_mut().with_min_len(1 << 12).for_each(|v| {
+        *v = [(v[0] - origin[0]) * scale, (v[1] - origin[1]) * scale, (v[2] - origin[2]) * scale];
+    });
+    vertices
 }
 
 /// The image's, if the mesh lies within [-1, 1] in it, as every bound on a rounding takes for granted,
@@ -106,28 +127,15 @@ fn frame(image: &Header, low: &Point, high: &Point) -> (Point, f64) {
 /// Where the triangles of an image are now.
 pub(super) struct Moved<'a> {
     triangles: &'a [LeafTriangle],
-    vertices: &'a [Point],
-    /// Of each vertex.
+    /// In node coordinates.
+    vertices: Vec<Point>,
+    /// Of each vertex: whether it has moved, or there is another frame.
     has_moved: Vec<bool>,
-    origin: Point,
-    scale: f64,
     /// The unit of the image before, in that of today.
     pub unit_before: f64,
 }
 
-impl<'a> Moved<'a> {
-    fn new(tree: &TreeView<'a>, vertices: &'a [Point], (origin, unit): (Point, f64)) -> Self {
-        let Header { origin: origin_before, unit: unit_before, .. } = tree.header();
-        // By their bits: the image has those of a zero's sign, too.
-        let bits = |v: &Point| v.map(f64::to_bits);
-        let all = bits(origin_before) != bits(&origin) || *unit_before != unit;
-        let moves = |(now, before): (&Point, &Point)| all || bits(now) != bits(before);
-        let has_moved = vertices.iter().zip(tree.vertices()).map(moves).collect();
-        let triangles = tree.triangles();
-        let unit_before = unit_before / unit;
-        Self { triangles, vertices, has_moved, origin, scale: unit.recip(), unit_before }
-    }
-
+impl Moved<'_> {
     pub fn triangle_count(&self) -> u32 {
         self.triangles.len() as u32
     }
@@ -135,14 +143,10 @@ impl<'a> Moved<'a> {
     /// In node coordinates, by its rank.
     #[inline]
     pub fn triangle(&self, rank: u32) -> Triangle {
-        let Self { origin, scale, .. } = self;
-        self.triangles[rank as usize].vertices.map(|vertex| {
-            let v = &self.vertices[vertex as usize];
-            [(v[0] - origin[0]) * scale, (v[1] - origin[1]) * scale, (v[2] - origin[2]) * scale]
-        })
+        self.triangles[rank as usize].vertices.map(|vertex| self.vertices[vertex as usize])
     }
 
-    /// Whether a triangle of these ranks has a vertex that has moved, or there is another frame.
+    /// Whether a triangle of these ranks has a vertex that has moved.
     #[inline]
     pub fn any_of(&self, ranks: Range<u32>) -> bool {
         let triangles = &self.triangles[ranks.start as usize..ranks.end as usize];
@@ -150,48 +154,46 @@ impl<'a> Moved<'a> {
     }
 }
 
-/// What can change of an image besides its header.
+/// The sections of an image that is being rewritten.
 struct Sections<'a> {
     nodes: &'a mut [u8],
-    leaf_boxes: &'a mut [u8],
-    leaf_rows: &'a mut [u8],
+    leaf_boxes: &'a mut [LeafBox],
+    leaf_rows: &'a mut [LeafRows],
+    triangles: &'a [LeafTriangle],
     vertices: &'a mut [Point],
 }
 
 impl<'a> Sections<'a> {
     fn of(blocks: &'a mut [Block], header: &Header) -> Self {
         let mut rest: &mut [u8] = bytemuck::cast_slice_mut(blocks);
-        let mut rest_at = 0;
-        let mut section = |start: u64, length: usize| {
-            let from = start as usize - rest_at;
-            let (section, after) = std::mem::take(&mut rest)[from..].split_at_mut(length);
-            (rest, rest_at) = (after, start as usize + length);
+        // From the last one on: what is left behind a start is that section.
+        let mut from = |start: u64| {
+            let (before, section) = std::mem::take(&mut rest).split_at_mut(start as usize);
+            rest = before;
             section
         };
-        let node_bytes = (header.leaf_boxes_at - header.nodes_at) as usize;
-        let leaves = header.leaf_count as usize;
-        Self {
-            nodes: section(header.nodes_at, node_bytes),
-            leaf_boxes: section(header.leaf_boxes_at, leaves * size_of::<LeafBox>()),
-            leaf_rows: section(header.leaf_rows_at, leaves * size_of::<LeafRows>()),
-            vertices: bytemuck::cast_slice_mut(section(
-                header.vertices_at,
-                header.vertex_count as usize * size_of::<Point>(),
-            )),
-        }
+        let vertices = first(from(header.vertices_at), header.vertex_count);
+        let triangles = first(from(header.triangles_at), header.triangle_count);
+        let leaf_rows = first(from(header.leaf_rows_at), header.leaf_count);
+        let leaf_boxes = first(from(header.leaf_boxes_at), header.leaf_count);
+        Self { nodes: from(header.nodes_at), leaf_boxes, leaf_rows, triangles, vertices }
     }
 }
 
+/// As many as there are of what a section holds, without what fills its last block.
+fn first<T: bytemuck::Pod>(section: &mut [u8], count: u32) -> &mut [T] {
+    bytemuck::cast_slice_mut(&mut section[..count as usize * size_of::<T>()])
+}
+
 /// The length of the longest leaf's box.
-fn refit_wide(sections: Sections<'_>, moved: &Moved<'_>) -> f64 {
-    let leaf_boxes = bytemuck::cast_slice_mut(sections.leaf_boxes);
-    let sections = wide::Sections {
-        nodes: bytemuck::cast_slice_mut(sections.nodes),
-        leaf_boxes: &mut *leaf_boxes,
-        leaf_rows: bytemuck::cast_slice_mut(sections.leaf_rows),
-    };
-    wide::refit(sections, moved);
-    longest_diagonal(leaf_boxes.par_iter().map(|leaf: &LeafBox| widen(leaf.half)))
+fn refit_wide(
+    nodes: &mut [u8],
+    leaf_boxes: &mut [LeafBox],
+    leaf_rows: &mut [LeafRows],
+    moved: &Moved<'_>,
+) -> f64 {
+    wide::refit(bytemuck::cast_slice_mut(nodes), (leaf_boxes, leaf_rows), moved);
+    longest_diagonal(leaf_boxes.par_iter().map(|leaf| widen(leaf.half)))
 }
 
 /// A node whose box is drawn along the axes it has.
@@ -212,38 +214,29 @@ impl Refit for AabbNode {
 }
 
 /// The length of the longest leaf's box.
-fn refit_binary<N: Refit>(sections: Sections<'_>, node_count: u32, moved: &Moved<'_>) -> f64 {
-    let nodes: &mut [N] = bytemuck::cast_slice_mut(sections.nodes);
-    let nodes = &mut nodes[..node_count as usize];
-    let count = moved.triangle_count();
-    let triangles: Vec<Triangle> =
-        (0..count).into_par_iter().map(|rank| moved.triangle(rank)).collect();
-    let ranks: Vec<u32> = (0..count).collect();
+fn refit_binary<N: Refit>(nodes: &mut [u8], node_count: u32, moved: &Moved<'_>) -> f64 {
+    let nodes: &mut [N] = first(nodes, node_count);
     let moved_before = counted_before(moved);
     let has_moved =
         |ranks: &Range<u32>| moved_before[ranks.start as usize] != moved_before[ranks.end as usize];
     let ranges = ranges(nodes);
-    nodes.par_iter_mut().zip(ranges).filter(|(_, below)| has_moved(below)).for_each(
-        |(node, below)| {
-            let ids = &ranks[below.start as usize..below.end as usize];
-            refit_node(node, &triangles, ids, moved.unit_before);
-        },
-    );
+    let changed = nodes.par_iter_mut().zip(ranges).filter(|(_, below)| has_moved(below));
+    changed.for_each(|(node, below)| refit_node(node, below, moved));
     let leaf = |node: &N| matches!(node.link().child(), Child::Leaf { .. }).then(|| node.half());
     longest_diagonal(nodes.par_iter().filter_map(leaf))
 }
 
-/// Along the same axes, as long as that does not make the box much larger. `ids` follow each other.
-fn refit_node<N: Refit>(node: &mut N, triangles: &[Triangle], ids: &[u32], unit_before: f64) {
+/// Along the same axes, as long as that does not make the box much larger.
+fn refit_node<N: Refit>(node: &mut N, below: Range<u32>, moved: &Moved<'_>) {
     /// A box has to be that much larger for other axes to pay.
     const GROWTH: f64 = 1.5;
-    let Some(&first) = ids.first() else { return };
-    let own = &triangles[first as usize..][..ids.len()];
     let mut axes = node.own_axes();
-    let mut fit = fit_all(own, &axes);
-    if surface(&fit.half) > GROWTH * surface(&node.half().map(|h| h * unit_before)) {
-        let others = N::axes(triangles, ids);
-        let along_others = fit_all(own, &others);
+    let mut fit = fit_all(below.clone().map(|rank| moved.triangle(rank)), &axes);
+    if surface(&fit.half) > GROWTH * surface(&node.half().map(|h| h * moved.unit_before)) {
+        let own: Vec<Triangle> = below.map(|rank| moved.triangle(rank)).collect();
+        let ids: Vec<u32> = (0..own.len() as u32).collect();
+        let others = N::axes(&own, &ids);
+        let along_others = fit_all(own.into_iter(), &others);
         if surface(&along_others.half) < surface(&fit.half) {
             (axes, fit) = (others, along_others);
         }

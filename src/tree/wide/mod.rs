@@ -27,7 +27,7 @@ pub use check::{Root, check, check_below, check_top};
 pub use descend::{Queues, Rooms};
 pub use nearest::{NearestRooms, nearest};
 pub use node::{Below, LeafBox, LeafRows, Part, WIDTH, WideChild, WideNode};
-pub use refit::{Sections, refit};
+pub use refit::refit;
 pub use top::grow_top;
 
 use rayon::prelude::*;

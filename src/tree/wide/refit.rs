@@ -13,16 +13,12 @@ use crate::tree::refit::Moved;
 /// Below this many leaves another task does not pay.
 const PARALLEL_LEAVES: usize = 256;
 
-/// What is rewritten of an image, as it was before.
-pub struct Sections<'a> {
-    pub nodes: &'a mut [WideNode],
-    pub leaf_boxes: &'a mut [LeafBox],
-    pub leaf_rows: &'a mut [LeafRows],
-}
-
 /// The boxes of all nodes become those that [`super::collapsed`] would give them.
-pub fn refit(sections: Sections<'_>, moved: &Moved<'_>) {
-    let Sections { nodes, leaf_boxes, leaf_rows } = sections;
+pub fn refit(
+    nodes: &mut [WideNode],
+    (leaf_boxes, leaf_rows): (&mut [LeafBox], &mut [LeafRows]),
+    moved: &Moved<'_>,
+) {
     let ends: Vec<u32> = leaf_boxes.iter().skip(1).map(|leaf| leaf.first).collect();
     let leaves = leaf_boxes.par_iter_mut().zip(leaf_rows);
     let refit_one = |(number, (leaf, rows)): (usize, (&mut LeafBox, &mut LeafRows))| {
