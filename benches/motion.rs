@@ -30,18 +30,23 @@ const TOLERANCE_M: f64 = 1e-4;
 const SPEED_M_S: f64 = 60.0 / 3.6;
 const DURATION_S: f64 = 1.0;
 
-/// How the car comes: how far beside the middle of the other its path is, in metres, and its spin.
+/// How the car comes: at most how far from the other's own direction, how far beside the middle of
+/// the other its path is, and its spin.
 struct Approach {
     name: &'static str,
+    most_heading_rad: f64,
     beside_m: [f64; 2],
     most_spin_rad_s: f64,
 }
 
+const ANY: f64 = std::f64::consts::PI;
+
+#[rustfmt::skip]
 const APPROACHES: [Approach; 4] = [
-    Approach { name: "hits", beside_m: [0.0, 1.5], most_spin_rad_s: 0.0 },
-    Approach { name: "spins into it", beside_m: [0.0, 1.5], most_spin_rad_s: 3.0 },
-    Approach { name: "near misses", beside_m: [2.4, 3.4], most_spin_rad_s: 0.5 },
-    Approach { name: "passes far away", beside_m: [6.0, 9.0], most_spin_rad_s: 0.0 },
+    Approach { name: "hits", most_heading_rad: ANY, beside_m: [0.0, 1.5], most_spin_rad_s: 0.0 },
+    Approach { name: "spins into it", most_heading_rad: ANY, beside_m: [0.0, 1.5], most_spin_rad_s: 3.0 },
+    Approach { name: "near misses", most_heading_rad: 0.02, beside_m: [2.2, 2.8], most_spin_rad_s: 0.1 },
+    Approach { name: "passes far away", most_heading_rad: ANY, beside_m: [6.0, 9.0], most_spin_rad_s: 0.0 },
 ];
 
 fn main() -> Result<()> {
@@ -102,10 +107,10 @@ fn time(
 }
 
 impl Approach {
-    /// From 10 m away, from anywhere around.
+    /// From 10 m away.
     fn trajectory(&self, random: &mut ChaCha8Rng) -> Result<Trajectory> {
         let mut number = || random.next_u64() as f64 / u64::MAX as f64;
-        let heading = std::f64::consts::TAU * number();
+        let heading = self.most_heading_rad * (2.0 * number() - 1.0);
         let [least, most] = self.beside_m;
         let beside = (least + (most - least) * number()) * if number() < 0.5 { -1.0 } else { 1.0 };
         let spin = self.most_spin_rad_s * (2.0 * number() - 1.0);
