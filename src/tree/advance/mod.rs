@@ -100,7 +100,7 @@ pub struct Advancement {
     work: Work,
 }
 
-const MOST_BOUNDS: u64 = 1 << 26;
+const MOST_BOUNDS: u64 = 1 << 24;
 
 impl Tolerance {
     pub fn new(metres: f64) -> Result<Self, AdvanceError> {
@@ -132,7 +132,7 @@ impl Advancement {
         Self::with_most(tolerance, MOST_BOUNDS)
     }
 
-    /// Ends a query after so many bounds (some tens of seconds by default).
+    /// Ends a query after so many bounds (2^24 by default, some ten seconds).
     pub fn with_most(tolerance: Tolerance, bounds: u64) -> Self {
         let (queue, work) = Default::default();
         Self { tolerance, most_bounds: bounds, queue, work }
