@@ -84,17 +84,19 @@ impl Span {
         let lever = position - self.cg;
         let mut velocity = self.velocity + self.spin.cross(&lever);
         let mut turning = self.spin.norm();
-        // Of the part in the mesh, the longest distance, speed and acceleration of its points.
-        let (mut slip, mut slip_change) = (0.0, 0.0);
+        // Of points of the part in the mesh: how far they get, how fast, and how that changes.
+        let (mut shift, mut slip, mut slip_change) = (0.0, 0.0, 0.0);
         if let Some(part) = &self.part {
             velocity += self.body * part.velocity_of(center);
             turning += part.rate.abs();
             let arm = part.axis.cross(&(center - part.pivot)).norm() + radius;
             slip = self.stretch * (part.fastest_turn * arm + part.fastest_slide);
+            let turned = (part.fastest_turn * self.duration).min(2.0);
+            shift = self.stretch * (turned * arm + part.fastest_slide * self.duration);
             let swing = part.turn_change + part.fastest_turn * part.fastest_turn;
             slip_change = self.stretch * (swing * arm + part.slide_change);
         }
-        let arm = lever.norm() + self.stretch * radius + slip * self.duration;
+        let arm = lever.norm() + self.stretch * radius + shift;
         let spin = self.fastest_spin;
         let bend = (self.spin_change + spin * spin) * arm + 2.0 * spin * slip + slip_change;
         Carried {
@@ -150,9 +152,12 @@ impl Carried {
     }
 }
 
-/// A lower bound on when `speed t + acceleration t^2 / 2` first is `gap`, for a gap above 0; infinite
-/// if it certainly never is.
+/// A lower bound on when `speed t + acceleration t^2 / 2` first is `gap`: infinite if it certainly
+/// never is, 0 for a gap that is not above 0.
 pub fn earliest_crossing(gap: f64, speed: f64, acceleration: f64) -> f64 {
+    if gap.is_nan() || gap <= 0.0 {
+        return 0.0;
+    }
     let products = [speed * speed, 2.0 * acceleration * gap];
     // Never below the true one: then what is subtracted from is not too small, or it divides.
     let discriminant = products[0] + products[1] + ROUNDING * (products[0] + products[1].abs());

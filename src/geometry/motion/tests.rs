@@ -77,7 +77,7 @@ fn values_survive_serialization_and_bad_ones_do_not_come_back() {
 }
 
 #[test]
-fn the_pose_at_time_0_is_the_start_bit_for_bit() {
+fn the_pose_at_time_0_is_exactly_the_start() {
     let start = Pose::from_quaternion([0.36, -0.48, 0.64, 0.48], [0.1, -7.3, 1e6]);
     let values = MotionValues { spin_rad_s: [1.0, 2.0, 3.0], cg_m: [0.7; 3], ..Default::default() };
     let trajectory = Trajectory::new(start, &Motion::new(values).unwrap(), None);
@@ -128,6 +128,9 @@ fn the_earliest_crossing_is_the_smallest_positive_root_and_not_above_it() {
         ((1.0, -1.0, 0.0), f64::INFINITY),
         ((1.0, 0.0, 0.0), f64::INFINITY),
         ((1.0, -1.0, -1.0), f64::INFINITY),
+        ((0.0, -1.0, -1.0), 0.0),
+        ((-1.0, 0.0, 1.0), 0.0),
+        ((f64::NAN, 1.0, 1.0), 0.0),
     ];
     for ((gap, speed, acceleration), expected) in cases {
         let found = earliest_crossing(gap, speed, acceleration);

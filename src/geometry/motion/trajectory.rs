@@ -22,6 +22,14 @@ pub struct Trajectory {
     stretch: f64,
 }
 
+/// A body at a time: its turn since the start, mesh axes to world axes, and the centre of gravity.
+struct Placed {
+    turn: Vector3<f64>,
+    body: Matrix3<f64>,
+    translation: Vector3<f64>,
+    cg: Vector3<f64>,
+}
+
 /// A [`PartMotion`], its axis of unit length to rounding.
 #[derive(Clone, Debug)]
 struct Part {
@@ -77,27 +85,27 @@ impl Trajectory {
     }
 
     /// Where the mesh, or the part, is at a time: mesh axes to world axes. What does not turn has
-    /// the start's rotation, bit for bit, and at time 0 its translation.
+    /// exactly the start's rotation, and at time 0 its translation.
     pub fn pose(&self, time_s: f64) -> Pose {
-        let (body, translation) = self.body(time_s);
+        let Placed { body, translation, .. } = self.placed(time_s);
         let Some(part) = &self.part else { return pose_of(&body, &translation) };
         let (rotation, offset) = part.placed(time_s);
         pose_of(&(body * rotation), &(translation + body * offset))
     }
 
-    /// Of the body: mesh axes to world axes.
-    fn body(&self, t: f64) -> (Matrix3<f64>, Vector3<f64>) {
+    fn placed(&self, t: f64) -> Placed {
         let path = self.velocity * t + self.acceleration * (0.5 * t * t);
-        let turn = rotation(&(self.spin * t + self.spin_acceleration * (0.5 * t * t)));
-        let swing = (turn - Matrix3::identity()) * self.from_cg;
-        (turn * self.start, self.translation + path + swing)
+        let turn = self.spin * t + self.spin_acceleration * (0.5 * t * t);
+        let rotation = rotation(&turn);
+        let swing = (rotation - Matrix3::identity()) * self.from_cg;
+        let translation = self.translation + path + swing;
+        let cg = translation - rotation * self.from_cg;
+        Placed { turn, body: rotation * self.start, translation, cg }
     }
 
     /// What bounds are made of, for times from one to another.
     pub fn span(&self, from_s: f64, to_s: f64) -> Span {
-        let (body, translation) = self.body(from_s);
-        let t = from_s;
-        let turn = self.spin * t + self.spin_acceleration * (0.5 * t * t);
+        let Placed { turn, body, translation, cg } = self.placed(from_s);
         let rate = |t: f64| self.spin + self.spin_acceleration * t;
         // The norm of a linear function is largest at an end.
         let fastest_spin = rate(from_s).norm().max(rate(to_s).norm());
@@ -106,14 +114,13 @@ impl Trajectory {
             Some(part) => pose_of(&(body * part.rotation), &(translation + body * part.offset)),
             None => pose_of(&body, &translation),
         };
-        let cg = translation - rotation(&turn) * self.from_cg;
         Span {
             pose,
             duration: to_s - from_s,
             cg,
-            velocity: self.velocity + self.acceleration * t,
+            velocity: self.velocity + self.acceleration * from_s,
             acceleration: self.acceleration,
-            spin: angular_velocity(&turn, &rate(t)),
+            spin: angular_velocity(&turn, &rate(from_s)),
             fastest_spin,
             spin_change: self.spin_change(fastest_spin),
             body,
@@ -218,8 +225,8 @@ fn rotation(turn: &Vector3<f64>) -> Matrix3<f64> {
     Matrix3::identity() + across * (angle.sin() / angle) + across * across * (2.0 * half * half)
 }
 
-/// Of what is turned by a rotation vector that changes at a rate: the left Jacobian of SO(3)
-/// (Chirikjian, Stochastic Models, Information Theory, and Lie Groups, 2011, section 10.6).
+/// Of what is turned by a rotation vector that changes at a rate: by the left Jacobian of SO(3)
+/// (Solà, Deray & Atchuthan, "A micro Lie theory for state estimation in robotics", 2018, appendix B).
 fn angular_velocity(turn: &Vector3<f64>, rate: &Vector3<f64>) -> Vector3<f64> {
     let angle = turn.norm();
     if angle == 0.0 {

@@ -38,8 +38,8 @@ enum Volumes<'a> {
     Wide(&'a [WideNode], &'a [LeafBox]),
 }
 
-/// Of a box's half extents together: what its axes lack of being orthonormal, and what 32 bits take
-/// from a centre. As in [`crate::tree::placement`].
+/// Of a box's half extents together, as its axes are orthonormal only to rounding; this and the next
+/// as in [`crate::tree::placement`].
 const RELATIVE_SLACK: f64 = 1.0 / (1_u64 << 18) as f64;
 /// Of the image's unit.
 const ABSOLUTE_SLACK: f64 = 1.0 / (1_u64 << 40) as f64;

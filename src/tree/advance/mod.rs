@@ -1,9 +1,9 @@
-//! When do moving meshes first touch? Conservative advancement (Mirtich, "Impulse-based dynamic
-//! simulation of rigid body systems", 1996, section 2.3) of every pair of places in two trees by
-//! itself: no pair is looked at again before the time until which it is proven to be apart, and of all
-//! pairs always the earliest. So the whole motion is one search, and what is far away for long, or
-//! passes at a distance, is never opened. As in C2A (Tang, Kim & Manocha, ICRA 2009) bounds are
-//! made for directions, from the bodies' velocities along them.
+//! When do moving meshes first touch? Conservative advancement with the pairs in a heap by their next
+//! time (Mirtich, "Impulse-based dynamic simulation of rigid body systems", 1996, chapter 2), where
+//! ours are pairs of places in two trees: none is looked at again before the time until which it is
+//! proven to be apart, and of all pairs always the earliest. So the whole motion is one search without
+//! global steps, and what is far away for long, or passes by, is never opened. As in C2A (Tang, Kim
+//! & Manocha, ICRA 2009) bounds are made along directions, from what the bodies do along them.
 //!
 //! World axes, SI units. Surfaces touch, not solids: a mesh that starts inside another one is apart
 //! from it as long as no triangles meet.
@@ -100,7 +100,7 @@ pub struct Advancement {
     work: Work,
 }
 
-const MOST_BOUNDS: u64 = 1 << 26;
+const MOST_BOUNDS: u64 = 1 << 24;
 
 impl Tolerance {
     pub fn new(metres: f64) -> Result<Self, AdvanceError> {
@@ -132,7 +132,7 @@ impl Advancement {
         Self::with_most(tolerance, MOST_BOUNDS)
     }
 
-    /// Ends a query after so many bounds (some tens of seconds by default).
+    /// Ends a query after so many bounds (2^24 by default, some ten seconds).
     pub fn with_most(tolerance: Tolerance, bounds: u64) -> Self {
         let (queue, work) = Default::default();
         Self { tolerance, most_bounds: bounds, queue, work }

@@ -52,9 +52,13 @@ proptest! {
     ) {
         let [first, second] = meshes;
         let fixed = Traveller::new(&first, at([0.0; 3]), motions[0]);
+        // Roughly towards the other, so that about half of them meet.
+        let values = *motions[1].values();
+        let velocity_m_s = [0, 1, 2].map(|k| 0.5 * values.velocity_m_s[k] - 1.5 * offset[k]);
+        let coming = motion(MotionValues { velocity_m_s, ..values });
         let moving = match wheel {
-            Some(wheel) => Traveller::part(&second, at(offset), motions[1], wheel),
-            None => Traveller::new(&second, at(offset), motions[1]),
+            Some(wheel) => Traveller::part(&second, at(offset), coming, wheel),
+            None => Traveller::new(&second, at(offset), coming),
         };
         let outcome = first_impact(
             std::slice::from_ref(&fixed),
