@@ -87,6 +87,7 @@ impl Lanes for Avx512Vl {
         add(a: F, b: F) -> F = _mm256_add_ps;
         sub(a: F, b: F) -> F = _mm256_sub_ps;
         mul(a: F, b: F) -> F = _mm256_mul_ps;
+        div(a: F, b: F) -> F = _mm256_div_ps;
         mul_add(a: F, b: F, c: F) -> F = _mm256_fmadd_ps;
         mul_sub(a: F, b: F, c: F) -> F = _mm256_fmsub_ps;
         min(a: F, b: F) -> F = _mm256_min_ps;
@@ -233,6 +234,7 @@ impl Lanes for Avx512 {
         add(a: F, b: F) -> F = _mm512_add_ps;
         sub(a: F, b: F) -> F = _mm512_sub_ps;
         mul(a: F, b: F) -> F = _mm512_mul_ps;
+        div(a: F, b: F) -> F = _mm512_div_ps;
         mul_add(a: F, b: F, c: F) -> F = _mm512_fmadd_ps;
         mul_sub(a: F, b: F, c: F) -> F = _mm512_fmsub_ps;
         abs(a: F) -> F = _mm512_abs_ps;

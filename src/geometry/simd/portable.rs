@@ -61,6 +61,11 @@ impl Lanes for Portable {
         from_fn(|i| a[i] * b[i])
     }
 
+    #[inline(always)]
+    fn div(self, a: [f32; 8], b: [f32; 8]) -> [f32; 8] {
+        from_fn(|i| a[i] / b[i])
+    }
+
     // Not f32::mul_add, which is a call where there is no such instruction.
     #[inline(always)]
     fn mul_add(self, a: [f32; 8], b: [f32; 8], c: [f32; 8]) -> [f32; 8] {

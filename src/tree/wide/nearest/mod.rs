@@ -3,6 +3,7 @@
 mod in_64_bits;
 mod leaves;
 mod nodes;
+mod triangles;
 
 use super::leaf_pairs::Leaves;
 use super::node::{Slot, WIDTH, WideNode};
