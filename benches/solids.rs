@@ -10,6 +10,7 @@ use std::f64::consts::{PI, TAU};
 use std::time::Instant;
 
 use anyhow::{Result, ensure};
+use bumper::effects::Kept;
 use bumper::effects::inside::{Containment, Location, Locator, Nesting};
 use bumper::effects::penetration::{Bodies, Direction, Effort, Penetration, Trees};
 use bumper::effects::volume::{Overlap, volume};
@@ -168,8 +169,10 @@ fn lens() -> Result<()> {
 
 fn penetration(fixed: &TriangleMesh, moving: &TriangleMesh) -> Result<()> {
     let images = [fixed, moving].map(|mesh| build(mesh, BuildOptions { kind: TreeKind::Wide }));
+    let views = [images[0].view(), images[1].view()];
+    let (mut kept, mut nesting) = ([Kept::default(), Kept::default()], Nesting::default());
     let mut descent = Descent::default();
-    let mut bodies = Trees::new(images[0].view(), images[1].view(), &mut descent);
+    let mut bodies = Trees::new(views, &mut kept, &mut descent, &mut nesting);
     let mut penetration = Penetration::default();
     let pose = Pose::from_quaternion([0.5_f64.sqrt(), 0.0, 0.0, 0.5_f64.sqrt()], [3.0, 1.0, 0.0]);
     let mut pairs = Vec::new();

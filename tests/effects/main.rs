@@ -1,9 +1,10 @@
 //! What a scene can ask of a scenario, each effect against an independent oracle.
 
-mod solids;
+mod clearance;
 mod crush;
 mod deform;
+mod motion;
+#[path = "../oracle/mod.rs"]
 mod oracle;
 mod refit;
-mod motion;
-mod clearance;
+mod solids;

@@ -1,5 +1,7 @@
 //! The same answers where trees find the pairs.
 
+use bumper::effects::Kept;
+use bumper::effects::inside::Nesting;
 use bumper::effects::penetration::{Bodies, Direction, Effort, Penetration, Trees};
 use bumper::geometry::Pose;
 use bumper::mesh::TriangleMesh;
@@ -18,8 +20,10 @@ fn tree(shape: &Shape) -> TreeImage {
 fn depths_by_trees_are_those_by_brute_force() {
     let (a, b) = (bumpy(1.0, 1, 8), bumpy(1.0, 1, 9));
     let images = [tree(&a), tree(&b)];
+    let views = [images[0].view(), images[1].view()];
+    let (mut kept, mut nesting) = ([Kept::default(), Kept::default()], Nesting::default());
     let mut descent = Descent::default();
-    let mut trees = Trees::new(images[0].view(), images[1].view(), &mut descent);
+    let mut trees = Trees::new(views, &mut kept, &mut descent, &mut nesting);
     let mut brute = Brute::new(&a, &b);
     let pose = Pose::from_quaternion([0.36, -0.48, 0.64, 0.48], [0.7, 0.3, 0.2]);
     assert_eq!(trees.reach(), brute.reach());
@@ -39,8 +43,10 @@ fn depths_by_trees_are_those_by_brute_force() {
 #[test]
 fn what_is_inside_comes_out_of_trees_too() {
     let images = [tree(&cube(2.0)), tree(&cube(0.5))];
+    let views = [images[0].view(), images[1].view()];
+    let (mut kept, mut nesting) = ([Kept::default(), Kept::default()], Nesting::default());
     let mut descent = Descent::default();
-    let mut trees = Trees::new(images[0].view(), images[1].view(), &mut descent);
+    let mut trees = Trees::new(views, &mut kept, &mut descent, &mut nesting);
     let direction = Direction::new([0.0, 1.0, 0.0]).expect("a unit vector");
     let mut penetration = Penetration::default();
     let found = penetration.depth_along(&mut trees, &Pose::IDENTITY, &direction).expect("in range");
