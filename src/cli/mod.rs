@@ -7,6 +7,7 @@ mod check;
 mod check_ccd;
 mod clean;
 mod compare;
+mod deform;
 mod failure;
 mod interrupt;
 mod mesh_info;

@@ -34,6 +34,10 @@ pub(super) struct Both<T> {
 }
 
 impl<T> Both<T> {
+    pub(super) fn of(fixed: T, moving: T) -> Self {
+        Self { fixed, moving: Some(moving) }
+    }
+
     pub(super) fn fixed(&self) -> &T {
         &self.fixed
     }

@@ -16,6 +16,8 @@ pub(super) struct Request {
     /// With the options of the command line in it.
     pub scene: Scene,
     pub out: Option<OutputDir>,
+    /// Of the same directory.
+    pub out_path: Option<PathBuf>,
     pub contacts: bool,
     pub json: bool,
     pub stats: bool,
@@ -36,6 +38,7 @@ impl Request {
         Ok(Self {
             scene,
             out,
+            out_path: args.out,
             contacts: args.contacts,
             json: args.json,
             stats: args.stats,

@@ -10,6 +10,7 @@ use indicatif::ProgressBar;
 
 use super::args::RunArgs;
 use super::compare::{Comparison, Measured};
+use super::deform::Crash;
 use super::failure::Failure;
 use super::prepare::{self, Both, Poses, Tree, timed};
 use super::request::Request;
@@ -67,7 +68,14 @@ pub(super) fn run(args: RunArgs) -> Result<(), Failure> {
         effects: (!plan.is_empty()).then_some((&plan, &parts)),
         interrupt: &interrupt,
     };
-    let report = answer(&mut *engine, &trees, &job, &mut results)
+    let crash = scene.effects.crush.and_then(|crush| crush.deform_after).map(|scenario| Crash {
+        scenario,
+        plan: &plan,
+        meshes: &meshes,
+        build: options,
+        out: request.out_path.as_deref(),
+    });
+    let report = answer(&mut *engine, &trees, &job, crash.as_ref(), &mut results)
         .map_err(|error| naming_the_vertex(error, meshes.moving()))?;
 
     let mut times = Times { load_s, build_s, poses_s: read_s + placed_s, ..Times::default() };
@@ -153,17 +161,21 @@ fn answer(
     engine: &mut dyn AnyEngine,
     trees: &Both<Tree>,
     job: &Job<'_>,
+    crash: Option<&Crash<'_>>,
     results: &mut Results,
 ) -> Result<EngineReport, Failure> {
-    let report = job.run(engine, trees, results);
+    let report = match crash {
+        Some(crash) => crash.run(job, engine, trees, results),
+        None => job.run(engine, trees, results).map_err(anyhow::Error::from),
+    };
     results.bar.finish_and_clear();
     let tables = results.files.as_mut().map_or(Ok(()), ResultFiles::finish_tables);
     // If both failed, the tables did so for the same reason.
-    let report = report.map_err(|error| match (&results.files, error) {
-        (Some(_), EngineError::Sink(error)) => {
+    let report = report.map_err(|error| match (&results.files, error.downcast_ref()) {
+        (Some(_), Some(EngineError::Sink(error))) => {
             anyhow!("{error}; scenarios.csv keeps the scenarios that were answered before")
         }
-        (_, error) => error.into(),
+        _ => error,
     })?;
     tables?;
     Ok(report)

@@ -77,6 +77,10 @@ impl Default for ResponseAsked {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CrushAsked {
     pub width_m: f64,
+    pub height_m: Option<f64>,
+    pub taper_m: f64,
+    /// By the crush of this scenario both vehicles are deformed in those after it.
+    pub deform_after: Option<u32>,
 }
 
 /// What a scene says of a body beside its mesh.
@@ -236,7 +240,8 @@ impl Asked {
     }
 
     fn crush(&self, response: &ResponseOptions) -> Result<Option<CrushOptions>, Unplannable> {
-        let Some(CrushAsked { width_m }) = self.crush else { return Ok(None) };
+        let Some(crush) = self.crush else { return Ok(None) };
+        let CrushAsked { width_m, height_m, taper_m, .. } = crush;
         let [fixed, moving] = [0, 1].map(|side: usize| {
             let missing = || {
                 let key = format!("{}.stiffness", SIDES[side]);
@@ -244,7 +249,8 @@ impl Asked {
             };
             self.bodies[side].stiffness.ok_or_else(missing)
         });
-        Ok(Some(CrushOptions { stiffness: [fixed?, moving?], width_m, bodies: response.bodies }))
+        let (stiffness, bodies) = ([fixed?, moving?], response.bodies);
+        Ok(Some(CrushOptions { stiffness, width_m, height_m, taper_m, bodies }))
     }
 
     fn check_parts(&self, meshes: [&TriangleMesh; 2]) -> Result<(), Unplannable> {

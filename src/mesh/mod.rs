@@ -30,6 +30,7 @@ mod weld;
 pub use deform::{Dent, DentError, deform};
 pub use error::{FormatError, MeshError, Place, Problem};
 pub use format::Format;
+pub use ply::write_ply;
 pub use source::MeshSource;
 pub use triangle_mesh::TriangleMesh;
 pub use weld::{Welded, weld};

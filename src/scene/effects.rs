@@ -9,7 +9,7 @@ use super::SceneError;
 use super::body::{BodyFile, Parts};
 use super::file::Source;
 use super::switch::Switch;
-use super::values::positive;
+use super::values::{in_range, positive};
 use crate::effects::clearance::ClearanceOptions;
 use crate::effects::penetration::{Direction, Effort, PenetrationOptions};
 use crate::effects::response::{Contact, ContactError};
@@ -63,6 +63,9 @@ struct ResponseFile {
 #[serde(deny_unknown_fields)]
 struct CrushFile {
     width_m: Spanned<f64>,
+    height_m: Option<Spanned<f64>>,
+    taper_m: Option<Spanned<f64>>,
+    deform_after: Option<Spanned<i64>>,
 }
 
 #[derive(Deserialize)]
@@ -236,12 +239,25 @@ impl Source<'_> {
     }
 
     fn crush(&self, file: &CrushFile) -> Result<CrushAsked, SceneError> {
-        let width_m = *file.width_m.get_ref();
-        if width_m.is_finite() && width_m > 0.0 {
-            return Ok(CrushAsked { width_m });
-        }
-        let reason = format!("is {width_m}: give metres above 0");
-        Err(self.wrong(&file.width_m, "effects.crush.width_m", reason))
+        let length = |m: f64| {
+            let is_one = m.is_finite() && m > 0.0;
+            is_one.then_some(m).ok_or(format!("is {m}: give metres, more than 0"))
+        };
+        let key = |name: &str| format!("effects.crush.{name}");
+        let width = self.checked(Some(&file.width_m), &key("width_m"), 0.0, length)?;
+        let height = |m| length(m).map(Some);
+        let scenario = |n| in_range(n, "the number of a scenario", (0, i64::from(u32::MAX) - 1));
+        Ok(CrushAsked {
+            width_m: width,
+            height_m: self.checked(file.height_m.as_ref(), &key("height_m"), None, height)?,
+            taper_m: self.checked(file.taper_m.as_ref(), &key("taper_m"), 0.1, length)?,
+            deform_after: self.checked(
+                file.deform_after.as_ref(),
+                &key("deform_after"),
+                None,
+                |n| scenario(n).map(Some),
+            )?,
+        })
     }
 }
 

@@ -32,6 +32,43 @@ pub struct EngineReport {
     pub workers: Vec<WorkerReport>,
 }
 
+impl EngineReport {
+    /// Of two runs of one engine, the scenarios of the second numbered from `first` on.
+    pub fn followed_by(self, then: Self, first: u32) -> Self {
+        let mut set_aside = self.set_aside;
+        set_aside.extend(then.set_aside.iter().map(|scenario| first + scenario));
+        let bytes_sent = self.bytes_sent + then.bytes_sent;
+        let workers = self.workers.iter().zip(&then.workers);
+        Self {
+            completed: self.completed + then.completed,
+            set_aside,
+            bytes_sent,
+            relative_data_transfer: self.relative_data_transfer + then.relative_data_transfer,
+            first_result_s: self.first_result_s,
+            scenarios_s: self.scenarios_s + then.scenarios_s,
+            pre_analysis_s: self.pre_analysis_s + then.pre_analysis_s,
+            matching_s: self.matching_s + then.matching_s,
+            start_workers_s: self.start_workers_s.max(then.start_workers_s),
+            workers: workers.map(|(a, b)| a.followed_by(b)).collect(),
+            ..then
+        }
+    }
+}
+
+impl WorkerReport {
+    fn followed_by(&self, then: &Self) -> Self {
+        Self {
+            scenarios: self.scenarios + then.scenarios,
+            batches: self.batches + then.batches,
+            compute_s: self.compute_s + then.compute_s,
+            geometry_bytes_copied: self.geometry_bytes_copied + then.geometry_bytes_copied,
+            message_bytes: self.message_bytes + then.message_bytes,
+            died: self.died || then.died,
+            restarts: self.restarts + then.restarts,
+        }
+    }
+}
+
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct WorkerReport {
     pub scenarios: u32,

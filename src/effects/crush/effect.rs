@@ -14,6 +14,10 @@ pub struct CrushOptions {
     pub stiffness: [Stiffness; 2],
     /// Of the contact, across the impulse.
     pub width_m: f64,
+    /// How high the deformed zone is; absent: all of the vehicle.
+    pub height_m: Option<f64>,
+    /// How far around the zone a vehicle is drawn in with it.
+    pub taper_m: f64,
     /// As for the impact.
     pub bodies: [ResponseBody; 2],
 }

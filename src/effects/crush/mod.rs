@@ -6,11 +6,13 @@
 //! grows linearly with crush); McHenry, "The Algorithms of CRASH", 2001; NHTSA, "CRASH3 User's Guide and
 //! Technical Manual", 1982.
 
+mod deformation;
 mod effect;
 mod profile;
 mod stiffness;
 mod struck;
 
+pub use deformation::Impression;
 pub use effect::{CrushEffect, CrushOptions};
 pub use profile::{Profile, ProfileError};
 pub use stiffness::{Stiffness, StiffnessError};

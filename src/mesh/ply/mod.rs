@@ -3,11 +3,14 @@
 
 mod body;
 mod header;
+mod write;
 
 use super::polygon::Polygons;
 use super::raw::RawMesh;
 use super::{FormatError, Problem};
 use body::{BinaryCursor, Cursor, TextCursor};
+pub use write::write_ply;
+
 use header::{Element, Encoding, Header, Property, Type};
 
 pub fn read(bytes: &[u8]) -> Result<RawMesh, FormatError> {

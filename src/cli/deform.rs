@@ -1,0 +1,162 @@
+//! A crash that changes the vehicles: what comes after it is of the deformed ones.
+
+use std::io;
+use std::path::Path;
+use std::sync::Arc;
+
+use anyhow::Context;
+
+use super::prepare::{self, Both, Tree};
+use super::run::Job;
+use super::terminal;
+use crate::effects::crush::{CrushOptions, Impression};
+use crate::effects::layout::Layout;
+use crate::effects::{Plan, Step};
+use crate::geometry::Pose;
+use crate::mesh::{TriangleMesh, deform, write_ply};
+use crate::scheduler::client_manager::{
+    AnyEngine, EngineError, EngineReport, ResultSink, ScenarioResult,
+};
+use crate::tree::{BuildOptions, refit};
+
+/// What a scene with such a crash has, beside a job.
+pub(super) struct Crash<'a> {
+    /// This scenario's crush deforms both vehicles.
+    pub scenario: u32,
+    pub plan: &'a Plan,
+    pub meshes: &'a Both<TriangleMesh>,
+    pub build: BuildOptions,
+    /// Where the deformed meshes are written.
+    pub out: Option<&'a Path>,
+}
+
+impl Crash<'_> {
+    /// The scenarios up to the crash, and then, with new versions of both trees, those after it.
+    pub(super) fn run(
+        &self,
+        job: &Job<'_>,
+        engine: &mut dyn AnyEngine,
+        trees: &Both<Tree>,
+        sink: &mut dyn ResultSink,
+    ) -> anyhow::Result<EngineReport> {
+        let crash = self.scenario as usize;
+        let (before, after) = job.poses.split_at(job.poses.len().min(crash + 1));
+        let layout = self.plan.layout();
+        let mut watch = Watch { sink, layout: &layout, scenario: self.scenario, seen: None };
+        let report = Job { poses: before, ..*job }.run(engine, trees, &mut watch)?;
+        let seen = watch.seen;
+        if report.interrupted || after.is_empty() {
+            return Ok(report);
+        }
+        let mut later = Later { sink, first: self.scenario + 1 };
+        let deformed = match (seen, self.options()) {
+            (Some(impression), Some(options)) => {
+                Some(self.deformed(trees, options, &job.poses[crash], &impression)?)
+            }
+            _ => {
+                tracing::warn!("scenario {crash} has no impact: the vehicles stay as they are");
+                None
+            }
+        };
+        let after = Job { poses: after, ..*job };
+        let second = match &deformed {
+            None => after.run(engine, trees, &mut later),
+            Some((meshes, trees)) => {
+                let parts = prepare::build_parts(self.plan, meshes, self.build);
+                let effects = job.effects.map(|(plan, _)| (plan, &parts[..]));
+                Job { effects, ..after }.run(engine, trees, &mut later)
+            }
+        };
+        let first = self.scenario + 1;
+        Ok(report.followed_by(second.map_err(|error| numbered_on(error, first))?, first))
+    }
+
+    fn options(&self) -> Option<&CrushOptions> {
+        self.plan.steps.iter().find_map(|step| match step {
+            Step::Crush(options) => Some(&**options),
+            _ => None,
+        })
+    }
+
+    /// Both meshes with their dents, and their trees, which keep the shape of those before.
+    fn deformed(
+        &self,
+        trees: &Both<Tree>,
+        options: &CrushOptions,
+        pose: &Pose,
+        impression: &Impression,
+    ) -> anyhow::Result<(Both<TriangleMesh>, Both<Tree>)> {
+        let [fixed, moving] = options.dents(pose, impression);
+        let one = |name, mesh: &TriangleMesh, tree: &Tree, dent: Option<_>| {
+            let mesh = match &dent {
+                Some(dent) => deform(mesh, dent)
+                    .with_context(|| format!("the {name} mesh cannot be deformed"))?,
+                None => mesh.clone(),
+            };
+            let mut image = (*tree.image).clone();
+            refit(&mut image, &mesh).context("its tree cannot be refitted")?;
+            if let Some(out) = self.out {
+                let path = out.join(format!("{name}_deformed.ply"));
+                write_ply(&mesh, &path).with_context(|| format!("cannot write {path:?}"))?;
+            }
+            anyhow::Ok((mesh, Tree { image: Arc::new(image), summary: tree.summary.clone() }))
+        };
+        let activity = terminal::activity("deforming");
+        let both = one("fixed", self.meshes.fixed(), trees.fixed(), fixed).and_then(|fixed| {
+            Ok((fixed, one("moving", self.meshes.moving(), trees.moving(), moving)?))
+        });
+        activity.finish_and_clear();
+        let ((fixed_mesh, fixed_tree), (moving_mesh, moving_tree)) = both?;
+        Ok((Both::of(fixed_mesh, moving_mesh), Both::of(fixed_tree, moving_tree)))
+    }
+}
+
+fn numbered_on(error: EngineError, first: u32) -> EngineError {
+    match error {
+        EngineError::Overflow { scenario, triangle, corner } => {
+            EngineError::Overflow { scenario: first + scenario, triangle, corner }
+        }
+        EngineError::AllWorkersDied { completed, last } => {
+            EngineError::AllWorkersDied { completed: first + completed, last }
+        }
+        other => other,
+    }
+}
+
+/// Sees what is said of one scenario.
+struct Watch<'a> {
+    sink: &'a mut dyn ResultSink,
+    layout: &'a Layout,
+    scenario: u32,
+    seen: Option<Impression>,
+}
+
+impl ResultSink for Watch<'_> {
+    fn accept(&mut self, result: ScenarioResult<'_>) -> io::Result<()> {
+        if result.scenario == self.scenario {
+            let said = self.layout.read(result.effects).expect("checked as it came");
+            self.seen = Impression::read(&said);
+        }
+        self.sink.accept(result)
+    }
+
+    fn set_aside(&mut self, scenario: u32) -> io::Result<()> {
+        self.sink.set_aside(scenario)
+    }
+}
+
+/// The scenarios of a later run, numbered on.
+struct Later<'a> {
+    sink: &'a mut dyn ResultSink,
+    first: u32,
+}
+
+impl ResultSink for Later<'_> {
+    fn accept(&mut self, result: ScenarioResult<'_>) -> io::Result<()> {
+        self.sink.accept(ScenarioResult { scenario: self.first + result.scenario, ..result })
+    }
+
+    fn set_aside(&mut self, scenario: u32) -> io::Result<()> {
+        self.sink.set_aside(self.first + scenario)
+    }
+}
