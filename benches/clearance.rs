@@ -34,7 +34,7 @@ use timing::Timings;
 
 #[derive(Parser)]
 struct Args {
-    #[arg(long, default_value = "20")]
+    #[arg(long, default_value = "8")]
     count: NonZeroU32,
     /// Pairs of triangles that are as near as this are found too, metres.
     #[arg(long, default_value = "0.01")]
