@@ -28,6 +28,8 @@ pub(super) struct Cli {
 pub(super) enum Verb {
     /// Find the contacts of all scenarios of a scene
     Run(RunArgs),
+    /// Say what a scene calls for, what is left out, and what a scenario is likely to cost
+    Plan(Box<PlanArgs>),
     /// What accuracy costs in time, and what is wrong without it: the same scenarios at every level
     Accuracy(Box<AccuracyArgs>),
     /// Look at mesh files
@@ -132,6 +134,20 @@ pub(super) struct RunArgs {
     /// Build the trees anew, and keep none
     #[arg(long, conflicts_with = "cache_dir")]
     pub no_cache: bool,
+}
+
+#[derive(Args)]
+pub(super) struct PlanArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+
+    /// Scenarios that are measured, from the first
+    #[arg(long, value_name = "N", default_value = "20")]
+    pub sample: NonZeroU32,
+
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
 }
 
 #[derive(Args)]

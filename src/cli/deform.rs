@@ -14,6 +14,7 @@ use crate::effects::layout::Layout;
 use crate::effects::{Plan, Step};
 use crate::geometry::Pose;
 use crate::mesh::{TriangleMesh, deform, write_ply};
+use crate::report::DEFORMED;
 use crate::scheduler::client_manager::{
     AnyEngine, EngineError, EngineReport, ResultSink, ScenarioResult,
 };
@@ -87,7 +88,7 @@ impl Crash<'_> {
         impression: &Impression,
     ) -> anyhow::Result<(Both<TriangleMesh>, Both<Tree>)> {
         let [fixed, moving] = options.dents(pose, impression);
-        let one = |name, mesh: &TriangleMesh, tree: &Tree, dent: Option<_>| {
+        let one = |name, file, mesh: &TriangleMesh, tree: &Tree, dent: Option<_>| {
             let mesh = match &dent {
                 Some(dent) => deform(mesh, dent)
                     .with_context(|| format!("the {name} mesh cannot be deformed"))?,
@@ -96,15 +97,21 @@ impl Crash<'_> {
             let mut image = (*tree.image).clone();
             refit(&mut image, &mesh).context("its tree cannot be refitted")?;
             if let Some(out) = self.out {
-                let path = out.join(format!("{name}_deformed.ply"));
-                write_ply(&mesh, &path).with_context(|| format!("cannot write {path:?}"))?;
+                let path = out.join(file);
+                write_ply(&mesh, &path)
+                    .with_context(|| format!("{}: cannot write it", path.display()))?;
             }
             anyhow::Ok((mesh, Tree { image: Arc::new(image), summary: tree.summary.clone() }))
         };
         let activity = terminal::activity("deforming");
-        let both = one("fixed", self.meshes.fixed(), trees.fixed(), fixed).and_then(|fixed| {
-            Ok((fixed, one("moving", self.meshes.moving(), trees.moving(), moving)?))
-        });
+        let both = one("fixed", DEFORMED[0], self.meshes.fixed(), trees.fixed(), fixed).and_then(
+            |fixed| {
+                Ok((
+                    fixed,
+                    one("moving", DEFORMED[1], self.meshes.moving(), trees.moving(), moving)?,
+                ))
+            },
+        );
         activity.finish_and_clear();
         let ((fixed_mesh, fixed_tree), (moving_mesh, moving_tree)) = both?;
         Ok((Both::of(fixed_mesh, moving_mesh), Both::of(fixed_tree, moving_tree)))

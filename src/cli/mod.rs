@@ -11,6 +11,7 @@ mod deform;
 mod failure;
 mod interrupt;
 mod mesh_info;
+mod plan;
 mod prepare;
 mod request;
 mod run;
@@ -31,6 +32,7 @@ pub fn main() -> ExitCode {
         Verb::Worker { args } => return workers::main(&args),
         Verb::Run(args) => terminal::log_to_stderr().and_then(|()| run::run(args)),
         Verb::Accuracy(args) => terminal::log_to_stderr().and_then(|()| accuracy::run(*args)),
+        Verb::Plan(args) => terminal::log_to_stderr().and_then(|()| plan::plan(&args)),
         Verb::Mesh(MeshVerb::Info(args)) => mesh_info::run(&args),
         Verb::Bench(BenchVerb::Transport(args)) => bench::transport(args),
         Verb::Bench(BenchVerb::Engine(args)) => {

@@ -31,7 +31,8 @@ impl Request {
     pub(super) fn new(args: RunArgs) -> Result<Self, Failure> {
         let scene = scene_of(&args.scene)?;
         check_accuracy(scene.accuracy, &args)?;
-        check_effects(&scene, &args)?;
+        check_effects(&scene)?;
+        check_outputs(&scene, &args)?;
         let cache_dir =
             if args.no_cache { None } else { args.cache_dir.clone().or_else(cache_dir) };
         let out = args.out.as_deref().map(OutputDir::prepare).transpose()?;
@@ -85,8 +86,8 @@ fn check_accuracy(accuracy: Accuracy, args: &RunArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What does not go together with what the scene asks for.
-fn check_effects(scene: &Scene, args: &RunArgs) -> Result<(), Failure> {
+/// What no triangles can be asked about.
+pub(super) fn check_effects(scene: &Scene) -> Result<(), Failure> {
     let Scene { effects, accuracy, .. } = scene;
     if matches!(accuracy, Accuracy::BoxesAt(_)) && !effects.is_contacts_only() {
         return Err(Failure::usage(anyhow!(
@@ -94,6 +95,12 @@ fn check_effects(scene: &Scene, args: &RunArgs) -> Result<(), Failure> {
              boxes, f32, f64 or exact"
         )));
     }
+    Ok(())
+}
+
+/// What cannot be had beside what the scene asks for.
+fn check_outputs(scene: &Scene, args: &RunArgs) -> Result<(), Failure> {
+    let effects = &scene.effects;
     if args.contacts && effects.pairs == PairsAsked::Overlap {
         return Err(Failure::usage(anyhow!(
             "--contacts: the scene asks for overlap alone, which stops at the first pair: leave \

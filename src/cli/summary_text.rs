@@ -130,7 +130,7 @@ fn seconds(seconds: f64) -> String {
 }
 
 /// Three digits or more: scenarios take from parts of a microsecond to seconds.
-fn short(microseconds: f64) -> String {
+pub(super) fn short(microseconds: f64) -> String {
     if microseconds < 1e3 {
         format!("{microseconds:.3} us")
     } else {

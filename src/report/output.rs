@@ -13,6 +13,8 @@ use crate::scheduler::client_manager::ScenarioResult;
 
 const SUMMARY: &str = "summary.json";
 const SCENARIOS: &str = "scenarios.csv";
+/// Of the fixed and of the moving vehicle, after a crash.
+pub const DEFORMED: [&str; 2] = ["fixed_deformed.ply", "moving_deformed.ply"];
 
 #[derive(Debug, thiserror::Error)]
 pub enum OutputError {
@@ -90,7 +92,8 @@ impl OutputDir {
 
     fn replace_files(self, outputs: Outputs) -> io::Result<ResultFiles> {
         let tables = TABLES.iter().chain([&CONTACTS.name]).map(|name| table_file(name));
-        for path in [SUMMARY.to_owned()].into_iter().chain(tables) {
+        let others = [SUMMARY].iter().chain(&DEFORMED).map(|&name| name.to_owned());
+        for path in others.chain(tables) {
             let path = self.path.join(path);
             remove_if_there(&path)?;
             remove_if_there(&partial(&path))?;
