@@ -240,8 +240,11 @@ fn every_scene_in_config_is_valid() {
 /// The keys are those that the reader itself lists when it refuses one.
 #[test]
 fn the_default_scene_documents_every_key() {
-    let tables = ["", "fixed", "moving", "tree", "scenarios", "scenarios.random", "engine"];
-    for table in tables {
+    let tables =
+        ["", "fixed", "moving", "tree", "scenarios", "scenarios.random", "engine", "effects"];
+    let optional = ["motion", "effects.clearance", "effects.penetration", "effects.response"];
+    let optional = optional.into_iter().chain(["effects.crush", "fixed.stiffness"]);
+    for table in tables.into_iter().chain(optional) {
         let text = with_unknown_key(table);
         let error = Scene::parse(&text, "scene", Path::new("")).unwrap_err().to_string();
         let known = error.split_once("expected").unwrap_or_else(|| panic!("{error}")).1;
@@ -262,6 +265,13 @@ fn the_default_scene_documents_every_key() {
 fn with_unknown_key(table: &str) -> String {
     match table {
         "" => format!("unknown_key = 1\n{DEFAULT_SCENE}"),
+        "motion" => format!("{DEFAULT_SCENE}\n[motion]\nunknown_key = 1\n"),
+        table if table.starts_with("effects.") || table == "fixed.stiffness" => {
+            let (head, name) = table.split_once('.').expect("a table in a table");
+            let head = format!("\n[{head}]\n");
+            let given = format!("{head}{name} = {{ unknown_key = 1 }}\n");
+            DEFAULT_SCENE.replacen(&head, &given, 1)
+        }
         "scenarios.random" => DEFAULT_SCENE.replacen("{ count", "{ unknown_key = 1, count", 1),
         _ => {
             let head = format!("\n[{table}]\n");

@@ -3,10 +3,9 @@
 use std::collections::BTreeMap;
 
 use serde::Deserialize;
-use toml::Spanned;
 
 use super::SceneError;
-use super::file::Source;
+use super::file::{Source, Spanned};
 use crate::effects::crush::{Stiffness, StiffnessError};
 use crate::effects::motion::{Axes, BodyMotion};
 use crate::effects::response::{Inertia, InertiaError};

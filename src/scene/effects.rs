@@ -3,11 +3,10 @@
 use std::num::NonZeroU32;
 
 use serde::Deserialize;
-use toml::Spanned;
 
 use super::SceneError;
 use super::body::{BodyFile, Parts};
-use super::file::Source;
+use super::file::{Source, Spanned};
 use super::switch::Switch;
 use super::values::{in_range, positive};
 use crate::effects::clearance::ClearanceOptions;

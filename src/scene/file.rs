@@ -4,7 +4,7 @@ use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
-use toml::Spanned;
+pub(super) use toml::Spanned;
 
 use super::body::BodyFile;
 use super::effects::{EffectsFile, MotionFile};

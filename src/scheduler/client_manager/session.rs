@@ -1,27 +1,26 @@
 //! One run: what is with whom, and what has come back.
 
+mod tasks;
+
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use super::engine::{Engine, TreeKey};
 use super::planned::Planned;
-use super::start::longest_batch;
 use super::supply::Supply;
 use super::{EngineError, ResultSink, ScenarioResult, Work};
-use crate::scene::StartFrom;
 use crate::scheduler::assignment::{Assignment, BufferLimits};
 use crate::scheduler::collection::{BadReply, Collection, Outcome, Said};
 use crate::scheduler::engine_report::{EngineReport, WorkerReport};
 use crate::scheduler::jobs_submitter::JobsSubmitter;
 use crate::scheduler::launch::Launch;
-use crate::scheduler::local_client::{Analysis, Buffered, LocalClient, NewTask};
+use crate::scheduler::local_client::LocalClient;
 use crate::scheduler::matchmaker::Matchmaker;
 use crate::scheduler::memory;
 use crate::transport::{MasterEnd, Traffic};
-use crate::tree::descent::DescentError;
-use crate::tree::roots::{PreAnalysis, RootPair};
+use crate::tree::roots::PreAnalysis;
 use crate::tree::{Accuracy, TreeImage};
-use crate::wire::{Job, JobHeader, ScenarioRecord, Wanted};
+use crate::wire::Wanted;
 
 /// How soon an interrupt and a late or silent worker are noticed. Everything else wakes the master.
 pub(super) const TICK: Duration = Duration::from_millis(100);
@@ -185,147 +184,6 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
 
     fn is_everything_answered(&self) -> bool {
         self.collection.delivered() as usize == self.work.poses.len()
-    }
-
-    /// Tells a worker that is ready of both trees. It gets no task before it has taken them.
-    fn introduce(&mut self, client: usize) -> Result<(), EngineError> {
-        for (side, tree) in self.trees.into_iter().enumerate() {
-            if self.tells_of(client, tree) {
-                let header = JobHeader::add_tree(tree);
-                let body = self.supply.tree(side);
-                self.engine.crew.send(client, &[bytemuck::bytes_of(&header), &body])?;
-                if self.planned.is_some() && !self.supply.is_in_place() {
-                    self.send_subtree(client, side, 0)?;
-                    self.assignment.clients[client].given_whole(side);
-                }
-            }
-        }
-        let Some(planned) = &self.planned else { return Ok(()) };
-        let messages: Vec<_> = planned.messages().collect();
-        for (number, messages) in messages {
-            if self.tells_of(client, number) {
-                for message in messages {
-                    let message: Vec<_> = message.iter().map(|part| &part[..]).collect();
-                    self.engine.crew.send(client, &message)?;
-                }
-            }
-        }
-        Ok(())
-    }
-
-    /// Whether the client is to be told of something with this number, and from now on counts as
-    /// told.
-    fn tells_of(&mut self, client: usize, number: u32) -> bool {
-        let state = &mut self.assignment.clients[client];
-        let tells = state.is_ready() && self.engine.crew.tells_of(client, number);
-        if tells {
-            state.told_of_tree();
-            self.engine.crew.begins(client);
-        }
-        tells
-    }
-
-    fn send_subtree(&mut self, client: usize, side: usize, root: u32) -> Result<(), EngineError> {
-        let header = JobHeader::add_subtree(self.trees[side]);
-        let body = self.supply.subtree(side, root);
-        self.report.workers[client].geometry_bytes_copied += body.len() as u64;
-        self.engine.crew.send(client, &[bytemuck::bytes_of(&header), &body])
-    }
-
-    /// Fills the buffers of unclaimed clients, and sends those that are full.
-    fn give_work(&mut self) -> Result<(), EngineError> {
-        while let Some(scenario) = self.assignment.next_scenario() {
-            if !self.assignment.can_assign() {
-                break;
-            }
-            let analysis = match self.analyse(scenario) {
-                Ok(analysis) => analysis,
-                Err(DescentError::Overflow { triangle, corner }) => {
-                    self.assignment.stop_at(scenario);
-                    self.collection.overflow(scenario, triangle, corner);
-                    break;
-                }
-                Err(other) => unreachable!("both trees are whole and of one kind: {other}"),
-            };
-            let begin = Instant::now();
-            self.assignment.assign(scenario, analysis).expect("somebody takes it");
-            self.matching += begin.elapsed();
-            self.send_tasks()?;
-        }
-        self.send_tasks()
-    }
-
-    /// What is known of a scenario that is descended from the top and has one client to go to
-    /// changes nothing: then nothing is found out.
-    fn analyse(&mut self, scenario: u32) -> Result<Analysis, DescentError> {
-        let from_roots = self.supply.start_from() == StartFrom::RootPairs;
-        if !from_roots && !self.assignment.wants_scores() {
-            return Ok(Analysis::default());
-        }
-        let begin = Instant::now();
-        let pose = &self.work.poses[scenario as usize];
-        let analysis = self.submitter.analyse(pose, from_roots);
-        self.pre_analysis += begin.elapsed();
-        analysis
-    }
-
-    /// To every client with a full buffer: what counts as full changes for all of them.
-    fn send_tasks(&mut self) -> Result<(), EngineError> {
-        for client in 0..self.engine.crew.len() {
-            if let Some(task) = self.assignment.take_task(client) {
-                self.send_task(client, &task)?;
-            }
-        }
-        Ok(())
-    }
-
-    /// The subtrees that the worker lacks, then the scenarios.
-    fn send_task(&mut self, client: usize, task: &NewTask) -> Result<(), EngineError> {
-        if self.assignment.clients[client].tasks() == 1 {
-            self.engine.crew.begins(client);
-        }
-        self.first_batch.get_or_insert_with(Instant::now);
-        for (side, roots) in task.subtrees.iter().enumerate() {
-            for &root in roots {
-                self.send_subtree(client, side, root)?;
-            }
-        }
-        self.report.workers[client].batches += 1;
-        self.send_batch(client, task)
-    }
-
-    fn send_batch(&mut self, client: usize, task: &NewTask) -> Result<(), EngineError> {
-        let root_pairs = task.batch.iter().map(|buffered| buffered.root_pairs.len()).sum();
-        let from_roots = match self.supply.start_from() {
-            StartFrom::Top => false,
-            // Who sees the whole trees can do without.
-            StartFrom::RootPairs => {
-                !self.supply.is_in_place()
-                    || Job::batch_bytes(task.batch.len(), root_pairs)
-                        <= longest_batch(&self.engine.options)
-            }
-        };
-        let record = |scenario: u32, root_pairs: usize| {
-            let pose = self.work.poses[scenario as usize];
-            ScenarioRecord::new(scenario, pose, root_pairs as u32)
-        };
-        let roots_of = |buffered: &'_ Buffered| -> Vec<RootPair> {
-            if from_roots { buffered.root_pairs.clone() } else { Vec::new() }
-        };
-        let roots: Vec<_> = task.batch.iter().map(roots_of).collect();
-        let records: Vec<_> =
-            task.batch.iter().zip(&roots).map(|(b, r)| record(b.scenario, r.len())).collect();
-        let root_pairs = roots.concat();
-        let count = records.len() as u32;
-        let header = JobHeader::scenarios(task.number, self.trees, count, from_roots, self.wanted);
-        self.engine.crew.send(
-            client,
-            &[
-                bytemuck::bytes_of(&header),
-                bytemuck::cast_slice(&records),
-                bytemuck::cast_slice(&root_pairs),
-            ],
-        )
     }
 
     fn collect_from(&mut self, client: usize) -> Result<(), EngineError> {
