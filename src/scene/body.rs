@@ -121,9 +121,9 @@ impl Source<'_> {
             let wrong = |(key, value): &(&str, &Option<Spanned<Point>>)| {
                 let value = value.as_ref()?;
                 let is_it = matches!(&error, MotionError::NotFinite { field, .. } if field == key);
-                is_it.then(|| self.wrong(value, &format!("{body}.{key}"), &error))
+                is_it.then(|| self.wrong(value, &format!("{body}.{key}"), error))
             };
-            given.iter().find_map(wrong).unwrap_or_else(|| self.invalid(0, body, &error))
+            given.iter().find_map(wrong).unwrap_or_else(|| self.invalid(0, body, error))
         })?;
         Ok(BodyMotion { motion, axes: file.axes.unwrap_or_default() })
     }

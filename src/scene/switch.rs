@@ -21,12 +21,6 @@ impl<T> Switch<T> {
     }
 }
 
-impl<T> Default for Switch<T> {
-    fn default() -> Self {
-        Self::Off
-    }
-}
-
 struct SwitchVisitor<T>(PhantomData<T>);
 
 impl<'de, T: Deserialize<'de> + Default> Visitor<'de> for SwitchVisitor<T> {

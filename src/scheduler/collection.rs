@@ -66,6 +66,9 @@ struct KnownTree {
     triangles: u32,
 }
 
+/// The pairs of a scenario that were sent, and what its effects say.
+type Joined = (Vec<Pair>, Vec<u64>);
+
 #[derive(Debug)]
 pub struct Collection {
     /// The fixed and the moving one.
@@ -195,7 +198,7 @@ impl Collection {
         client: usize,
         record: &AnswerRecord,
         here: &[u64],
-    ) -> Result<Option<(Vec<Pair>, Vec<u64>)>, BadReply> {
+    ) -> Result<Option<Joined>, BadReply> {
         let scenario = record.scenario;
         let mut words = match self.partial[client].take() {
             Some((begun, words)) if begun == scenario => words,

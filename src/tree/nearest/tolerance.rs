@@ -67,10 +67,13 @@ mod tests {
         let absolute = |bad| Tolerance::new(bad, 0.0).unwrap_err().to_string();
         assert!(absolute(-1.0).contains("-1 m") && absolute(f64::NAN).contains("NaN m"));
         assert_eq!(Tolerance::new(0.0, 1.0), Err(NotATolerance::Relative(1.0)));
-        let written = toml::to_string(&Tolerance::new(0.001, 0.25).unwrap()).unwrap();
-        assert_eq!(toml::from_str(&written).ok(), Tolerance::new(0.001, 0.25).ok());
-        assert_eq!(toml::from_str("relative = 0.5").ok(), Tolerance::new(0.0, 0.5).ok());
-        let refused = toml::from_str::<Tolerance>("relative = 2.0").unwrap_err();
+        let written = serde_json::to_string(&Tolerance::new(0.001, 0.25).unwrap()).unwrap();
+        assert_eq!(serde_json::from_str(&written).ok(), Tolerance::new(0.001, 0.25).ok());
+        assert_eq!(
+            serde_json::from_str(r#"{"relative": 0.5}"#).ok(),
+            Tolerance::new(0.0, 0.5).ok()
+        );
+        let refused = serde_json::from_str::<Tolerance>(r#"{"relative": 2.0}"#).unwrap_err();
         assert!(refused.to_string().contains("a relative tolerance of 2"));
     }
 

@@ -70,7 +70,8 @@ impl LeafStage<'_, '_> {
         let mut order = [(0.0, 0); WIDTH];
         let count = in_order(&bounds, bounded.leaves, &mut order);
         for &(bound, lane) in &order[..count] {
-            if !(bound <= self.limit(search)) {
+            let may_be_nearer = bound <= self.limit(search);
+            if !may_be_nearer {
                 break;
             }
             self.triangles(set, leaves.map(|leaves| leaves[lane]), lane, search);

@@ -48,7 +48,7 @@ pub fn nearest(
         return descend(search.trees.map(Slots::of), placement, waiting, search);
     };
     let nodes = search.trees.map(|tree| tree.wide_nodes());
-    let leaves = search.trees.map(|tree| Leaves::of(tree));
+    let leaves = search.trees.map(Leaves::of);
     let unit_m = fixed.header().unit;
     simd::run(level, Descend { nodes, leaves, place: &place, unit_m, rooms, search });
 }
