@@ -4,7 +4,7 @@ use std::io;
 use std::path::Path;
 use std::sync::Arc;
 
-use anyhow::Context;
+use anyhow::{Context, anyhow};
 
 use super::prepare::{self, Both, Tree};
 use super::run::Job;
@@ -48,6 +48,12 @@ impl Crash<'_> {
         let seen = watch.seen;
         if report.interrupted || after.is_empty() {
             return Ok(report);
+        }
+        if report.set_aside.contains(&self.scenario) {
+            return Err(anyhow!(
+                "scenario {crash}, whose crash deforms the vehicles, has no answer, because every \
+                 worker that was at it died: those after it cannot be answered"
+            ));
         }
         let mut later = Later { sink, first: self.scenario + 1 };
         let deformed = match (seen, self.options()) {

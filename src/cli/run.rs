@@ -54,6 +54,14 @@ pub(super) fn run(args: RunArgs) -> Result<(), Failure> {
         overlap_only: scene.effects.pairs == PairsAsked::Overlap,
         layout: plan.layout(),
     };
+    let deform_after = scene.effects.crush.and_then(|crush| crush.deform_after);
+    if let Some(scenario) = deform_after.filter(|&scenario| scenario as usize >= poses.len()) {
+        return Err(Failure::usage(anyhow!(
+            "`effects.crush.deform_after`: there is no scenario {scenario}: there are {}, counted \
+             from 0",
+            poses.len()
+        )));
+    }
     let mut results = Results::new(request.out, outputs, request.stats, poses.len());
     let job = Job {
         poses: &poses,
@@ -68,7 +76,7 @@ pub(super) fn run(args: RunArgs) -> Result<(), Failure> {
         effects: (!plan.is_empty()).then_some((&plan, &parts)),
         interrupt: &interrupt,
     };
-    let crash = scene.effects.crush.and_then(|crush| crush.deform_after).map(|scenario| Crash {
+    let crash = deform_after.map(|scenario| Crash {
         scenario,
         plan: &plan,
         meshes: &meshes,

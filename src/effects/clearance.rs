@@ -11,8 +11,8 @@ use crate::tree::nearest::{Clearance, Near, Tolerance};
 #[serde(deny_unknown_fields)]
 pub struct ClearanceOptions {
     pub tolerance: Tolerance,
-    /// All pairs of triangles that are no farther from each other than this are reported; absent:
-    /// only the smallest distance.
+    /// All pairs of triangles that are no farther from each other than this are counted, and the first
+    /// [`MOST_WITHIN`](crate::tree::nearest::MOST_WITHIN) reported; absent: only the smallest distance.
     pub margin_m: Option<f64>,
 }
 
@@ -91,12 +91,13 @@ impl Effect for ClearanceEffect {
         note.numbers(names, points[1]);
         let Some(margin_m) = options.margin_m else { return Ok(work) };
         near.clear();
+        let mut count = 0;
         // Nothing is nearer than the nearest.
         if clearest.lower_bound_m <= margin_m {
-            clearance.within(fixed, moving, pose, margin_m, near)?;
+            count = clearance.within(fixed, moving, pose, margin_m, near)?;
             work += clearance.counts().exact;
         }
-        note.count("near_pairs", near.len() as u32);
+        note.count("near_pairs", u32::try_from(count).unwrap_or(u32::MAX));
         for Near { pair, distance_m, points } in near {
             let numbers = [*distance_m].into_iter().chain(points.as_flattened().iter().copied());
             let words = pair.iter().map(|&n| u64::from(n)).chain(numbers.map(f64::to_bits));

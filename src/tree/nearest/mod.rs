@@ -46,6 +46,9 @@ pub struct Clearest {
     pub lower_bound_m: f64,
 }
 
+/// So many pairs within a margin are kept of one query.
+pub const MOST_WITHIN: usize = 1 << 20;
+
 /// Finds the nearest triangles of two trees. Holds its rooms between queries.
 #[derive(Debug)]
 pub struct Clearance {
@@ -97,6 +100,7 @@ impl Clearance {
 
     /// Replaces `found` by all pairs whose distance is at most `margin_m`, sorted by pair: the same
     /// whatever the kind of tree and the instructions. None are within a negative margin or NaN.
+    /// Of more than [`MOST_WITHIN`] the first are kept. Returns how many there are.
     pub fn within(
         &mut self,
         fixed: &TreeView<'_>,
@@ -104,11 +108,12 @@ impl Clearance {
         pose: &Pose,
         margin_m: f64,
         found: &mut Vec<Near>,
-    ) -> Result<(), DescentError> {
+    ) -> Result<u64, DescentError> {
         found.clear();
-        self.search(fixed, moving, pose, Goal::Within { margin_m, found: &mut *found })?;
-        found.sort_unstable_by_key(|near| near.pair);
-        Ok(())
+        let goal = Goal::Within { margin_m, found: &mut *found, count: 0 };
+        let count = self.search(fixed, moving, pose, goal)?.count();
+        search::keep_first(found);
+        Ok(count)
     }
 
     fn search<'a>(

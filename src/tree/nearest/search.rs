@@ -21,7 +21,7 @@ pub struct Search<'a> {
 
 pub enum Goal<'a> {
     Smallest { tolerance: Tolerance, best: Option<Near> },
-    Within { margin_m: f64, found: &'a mut Vec<Near> },
+    Within { margin_m: f64, found: &'a mut Vec<Near>, count: u64 },
 }
 
 impl Goal<'_> {
@@ -86,6 +86,14 @@ impl<'a> Search<'a> {
         triangles_intersect(&self.trees[0].corners(fixed), &placed, &StaticFilter::OFF)
     }
 
+    /// Of the pairs within the margin.
+    pub fn count(&self) -> u64 {
+        match self.goal {
+            Goal::Smallest { .. } => 0,
+            Goal::Within { count, .. } => count,
+        }
+    }
+
     /// The answer of a search for the smallest distance.
     pub fn clearest(&self) -> Option<Clearest> {
         let Goal::Smallest { tolerance, best: Some(nearest) } = self.goal else { return None };
@@ -109,11 +117,22 @@ impl Goal<'_> {
                     *best = Some(near);
                 }
             }
-            Self::Within { margin_m, found } => {
+            Self::Within { margin_m, found, count } => {
                 if distance <= *margin_m {
                     found.push(near);
+                    *count += 1;
+                    // A margin wider than the meshes must not fill the memory.
+                    if found.len() == 2 * super::MOST_WITHIN {
+                        keep_first(found);
+                    }
                 }
             }
         }
     }
+}
+
+/// By pair, as many as are kept.
+pub fn keep_first(found: &mut Vec<Near>) {
+    found.sort_unstable_by_key(|near| near.pair);
+    found.truncate(super::MOST_WITHIN);
 }

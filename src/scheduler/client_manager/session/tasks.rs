@@ -28,10 +28,16 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
             }
         }
         let Some(planned) = &self.planned else { return Ok(()) };
+        let planned_number = planned.number;
         let messages: Vec<_> = planned.messages().collect();
         for (number, messages) in messages {
             if self.tells_of(client, number) {
+                let is_tree = planned_number != number;
                 for message in messages {
+                    if is_tree && !self.supply.is_in_place() {
+                        let bytes: usize = message.iter().map(Vec::len).sum();
+                        self.report.workers[client].geometry_bytes_copied += bytes as u64;
+                    }
                     let message: Vec<_> = message.iter().map(|part| &part[..]).collect();
                     self.engine.crew.send(client, &message)?;
                 }
