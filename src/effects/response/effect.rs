@@ -165,8 +165,11 @@ impl ResponseBody {
         let motion = self.motion.in_world(start);
         let values = *motion.values();
         let pose = Trajectory::new(*start, &motion, None).pose(time_s);
-        let rotation = Rotation3::from_matrix(&Matrix3::from_row_slice(&pose.rotation));
-        let turn = UnitQuaternion::from_rotation_matrix(&rotation);
+        let rotation = Matrix3::from_row_slice(&pose.rotation);
+        // It is one but for rounding: the search for the one that is nearest would take most of the
+        // effect's time.
+        let rotation = Rotation3::from_matrix_unchecked(rotation);
+        let turn = UnitQuaternion::from_rotation_matrix(&rotation).into_inner().normalize();
         let orientation = [turn.w, turn.i, turn.j, turn.k];
         let later = |rate: Point, growth: Point| [0, 1, 2].map(|k| rate[k] + growth[k] * time_s);
         let velocity = later(values.velocity_m_s, values.acceleration_m_s2);
