@@ -16,7 +16,8 @@ pub enum DirectionError {
 }
 
 impl Direction {
-    /// Of unit length to 1e-6, which is then made exact.
+    /// Of unit length to 1e-6, which is then made as exact as it can be: a direction of another one's
+    /// components is that one, bit for bit.
     pub fn new(direction: Point) -> Result<Self, DirectionError> {
         if !direction.iter().all(|c| c.is_finite()) {
             return Err(DirectionError::NotFinite);
@@ -26,7 +27,8 @@ impl Direction {
         if !(1.0 - 1e-6..=1.0 + 1e-6).contains(&length) {
             return Err(DirectionError::NotUnit(length));
         }
-        Ok(Self(direction / length))
+        let is_exact = (length - 1.0).abs() <= 4.0 * f64::EPSILON;
+        Ok(Self(if is_exact { direction } else { direction / length }))
     }
 
     /// `None`: too short to point anywhere.
