@@ -114,7 +114,16 @@ impl Source<'_> {
 
     fn pairs(&self, effects: &EffectsFile) -> Result<PairsAsked, SceneError> {
         if !is_on(effects.overlap.as_ref()) {
-            return Ok(PairsAsked::Contacts);
+            let off = effects.contacts.as_ref().filter(|value| !value.get_ref());
+            let reason =
+                "is found in any case: write `effects.overlap = true` to stop at the first";
+            let refused = off.map(|value| self.wrong(value, "effects.contacts", reason));
+            return refused.map_or(Ok(PairsAsked::Contacts), Err);
+        }
+        if let Some(value) = &effects.max_contacts {
+            let reason = "is about all pairs, and `effects.overlap` stops at the first: keep the one \
+                          that is meant";
+            return Err(self.wrong(value, "effects.max_contacts", reason));
         }
         let more = [("contacts", &effects.contacts), ("segments", &effects.segments)];
         for (key, value) in more {

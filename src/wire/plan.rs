@@ -25,30 +25,4 @@ impl PlanMessage {
 }
 
 #[cfg(test)]
-mod tests {
-    use proptest::prelude::*;
-
-    use super::*;
-    use crate::effects::{Ranges, Step};
-
-    fn message() -> PlanMessage {
-        let ranges = |first, last| Ranges::new(vec![[first, last]]).unwrap();
-        let plan = Plan { ignore: vec![[ranges(0, 3), ranges(7, 9)]], steps: vec![Step::Segments] };
-        PlanMessage { plan, parts: vec![3, 4] }
-    }
-
-    #[test]
-    fn a_plan_is_read_as_it_was_written() {
-        assert_eq!(PlanMessage::parse(&message().to_bytes()), Ok(message()));
-    }
-
-    proptest! {
-        #[test]
-        fn damaged_plans_are_read_or_refused(at in 0_usize..500, byte: u8, length in 0_usize..500) {
-            let mut bytes = message().to_bytes();
-            let count = bytes.len();
-            bytes[at % count] = byte;
-            let _ = PlanMessage::parse(&bytes[..length.min(count)]);
-        }
-    }
-}
+mod tests;
