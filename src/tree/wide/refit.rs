@@ -7,7 +7,6 @@ use super::collapse::set_box;
 use super::leaf_fit::refit_leaf;
 use super::node::{Below, LeafBox, LeafRows, WIDTH, WideNode};
 use crate::geometry::Point;
-use crate::geometry::boxes::bounds;
 use crate::tree::refit::Moved;
 
 /// Below this many leaves another task does not pay.
@@ -23,15 +22,15 @@ pub fn refit(
     let leaves = leaf_boxes.par_iter_mut().zip(leaf_rows);
     let refit_one = |(number, (leaf, rows)): (usize, (&mut LeafBox, &mut LeafRows))| {
         let end = ends.get(number).copied().unwrap_or(moved.triangle_count());
-        let mut room = [[Point::default(); 3]; WIDTH];
-        let triangles = &mut room[..(end - leaf.first) as usize];
-        for (triangle, rank) in triangles.iter_mut().zip(leaf.first..) {
-            *triangle = moved.triangle(rank);
-        }
         if moved.any_of(leaf.first..end) {
+            let mut room = [[Point::default(); 3]; WIDTH];
+            let triangles = &mut room[..(end - leaf.first) as usize];
+            for (triangle, rank) in triangles.iter_mut().zip(leaf.first..) {
+                *triangle = moved.triangle(rank);
+            }
             refit_leaf(triangles, moved.unit_before, leaf, rows);
         }
-        let (low, high) = bounds(triangles.as_flattened());
+        let (low, high) = moved.bounds(leaf.first..end);
         Bounds::rounded_outwards(low, high)
     };
     let of_leaves: Vec<Bounds> =
