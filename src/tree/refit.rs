@@ -184,8 +184,10 @@ impl Moved<'_> {
     /// In node coordinates, by its rank.
     #[inline]
     pub fn triangle(&self, rank: u32) -> Triangle {
+        // Not by `map`, which is not inlined here.
         let [a, b, c] = self.triangles[rank as usize].vertices;
-        [a, b, c].map(|vertex| self.normalised(&self.vertices[vertex as usize]))
+        let at = |vertex: u32| self.normalised(&self.vertices[vertex as usize]);
+        [at(a), at(b), at(c)]
     }
 
     #[inline]
