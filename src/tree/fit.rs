@@ -202,11 +202,11 @@ pub fn fit_box(triangles: &[Triangle], ids: &[u32], axes: &Axes, out: &mut [Inte
 }
 
 /// [`fit_box`] of all of these, of which no projections are wanted.
-pub fn fit_all(triangles: impl Iterator<Item = Triangle>, axes: &Axes) -> Fit {
+pub fn fit_all(triangles: &[Triangle], axes: &Axes) -> Fit {
     let projection = Projection::on(axes);
     let (mut low, mut high) = ([f64::INFINITY; 4], [f64::NEG_INFINITY; 4]);
     for triangle in triangles {
-        let (from, to) = projection.interval(&triangle);
+        let (from, to) = projection.interval(triangle);
         low = least(low, from);
         high = most(high, to);
     }

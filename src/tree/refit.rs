@@ -8,11 +8,13 @@
 mod tests;
 
 use std::ops::Range;
+use std::sync::atomic::AtomicU32;
+use std::sync::atomic::Ordering::Relaxed;
 
 use rayon::prelude::*;
 
 use super::build::Orient;
-use super::fit::{Axes, IDENTITY, fit_all};
+use super::fit::{Axes, IDENTITY, fit_all, least, most};
 use super::image::{Header, longest_diagonal};
 use super::node::{AabbNode, Child, Node, ObbNode, widen};
 use super::wide::{self, LeafBox, LeafRows};
@@ -39,23 +41,26 @@ pub enum RefitError {
 /// the mesh stays in the frame of the image ([`Header::origin`]) and does not shrink below a quarter
 /// of it. The same bytes on any number of cores. After an error the image is what it was.
 pub fn refit(image: &mut TreeImage, mesh: &TriangleMesh) -> Result<(), RefitError> {
+    let (header, mesh_hash) = rayon::join(|| redraw(image, mesh), || mesh.content_hash());
+    image.seal(Header { mesh_hash, ..header? });
+    Ok(())
+}
+
+/// All but the header, which is to be put before it with the mesh's hash.
+fn redraw(image: &mut TreeImage, mesh: &TriangleMesh) -> Result<Header, RefitError> {
     let tree = image.view();
     let (before, kind) = (*tree.header(), tree.kind());
-    let (vertices, mesh_hash) = rayon::join(|| vertices_of(&tree, mesh), || mesh.content_hash());
-    let vertices = vertices?;
-    let (low, high) = bounds(&vertices);
-    let (origin, unit) = frame(&before, &low, &high);
-    let has_moved = if (origin, unit) == (before.origin, before.unit) {
-        differing(tree.vertices(), &vertices)
-    } else {
-        vec![true; vertices.len()]
-    };
+    let numbers = numbers(&tree, mesh)?;
     let sections = Sections::of(image.blocks_mut(), &before);
-    sections.vertices.copy_from_slice(&vertices);
+    let (has_moved, (low, high)) = move_vertices(sections.vertices, &numbers, mesh);
+    let (origin, unit) = frame(&before, &low, &high);
     let moved = Moved {
         triangles: sections.triangles,
-        vertices: normalised(vertices, origin, unit),
+        vertices: sections.vertices,
         has_moved,
+        in_other_frame: (origin, unit) != (before.origin, before.unit),
+        origin,
+        scale: unit.recip(),
         unit_before: before.unit / unit,
     };
     let leaf_diameter = match kind {
@@ -65,49 +70,81 @@ pub fn refit(image: &mut TreeImage, mesh: &TriangleMesh) -> Result<(), RefitErro
             refit_wide(sections.nodes, sections.leaf_boxes, sections.leaf_rows, &moved)
         }
     };
-    image.seal(Header { mesh_hash, origin, unit, low, high, leaf_diameter, ..before });
-    Ok(())
+    Ok(Header { origin, unit, low, high, leaf_diameter, ..before })
 }
 
-/// The mesh's vertices by their numbers in the image.
-fn vertices_of(tree: &TreeView<'_>, mesh: &TriangleMesh) -> Result<Vec<Point>, RefitError> {
-    const UNSEEN: u32 = u32::MAX;
-    let faces = mesh.faces();
-    if tree.triangle_count() as usize != faces.len() {
+/// The vertices' numbers in the mesh, by those in the image.
+fn numbers(tree: &TreeView<'_>, mesh: &TriangleMesh) -> Result<Numbers, RefitError> {
+    let (faces, triangles) = (mesh.faces(), tree.triangles());
+    if triangles.len() != faces.len() {
         return Err(RefitError::Triangles { tree: tree.triangle_count(), mesh: faces.len() });
     }
-    let mut in_mesh = vec![UNSEEN; tree.vertices().len()];
-    for triangle in tree.triangles() {
-        // The numbers of triangles in an image are not checked when it is viewed.
-        let face = faces.get(triangle.id as usize).ok_or(RefitError::Faces(triangle.id))?;
-        for (&vertex, &corner) in triangle.vertices.iter().zip(face) {
-            let number = &mut in_mesh[vertex as usize];
-            if *number == UNSEEN {
-                *number = corner;
-            } else if *number != corner {
-                return Err(RefitError::Faces(triangle.id));
-            }
-        }
+    let unseen = || Numbers::unseen(tree.vertices().len());
+    let numbers = unseen();
+    if triangles.par_iter().with_min_len(PART).all(|triangle| numbers.agree(triangle, faces)) {
+        return Ok(numbers);
     }
-    // What no triangle has stays where it is.
-    let vertex =
-        |(&number, old): (&u32, &Point)| *mesh.vertices().get(number as usize).unwrap_or(old);
-    Ok(in_mesh.iter().zip(tree.vertices()).map(vertex).collect())
+    // From left to right, for the same answer on any number of cores.
+    let numbers = unseen();
+    match triangles.iter().find(|triangle| !numbers.agree(triangle, faces)) {
+        Some(triangle) => Err(RefitError::Faces(triangle.id)),
+        None => Ok(numbers),
+    }
 }
 
-/// By their bits: an image has those of a zero's sign, too.
-fn differing(before: &[Point], now: &[Point]) -> Vec<bool> {
-    let bits = |v: &Point| v.map(f64::to_bits);
-    before.iter().zip(now).map(|(before, now)| bits(before) != bits(now)).collect()
+/// Below this many triangles or vertices another task does not pay.
+const PART: usize = 1 << 12;
+
+/// The number of a vertex is what the first triangle to ask says; all others have to agree.
+struct Numbers(Vec<AtomicU32>);
+
+impl Numbers {
+    /// A mesh has fewer vertices.
+    const UNSEEN: u32 = u32::MAX;
+
+    fn unseen(count: usize) -> Self {
+        Self((0..count).map(|_| AtomicU32::new(Self::UNSEEN)).collect())
+    }
+
+    /// Whether the triangle has the vertices of its face, as far as those are known.
+    fn agree(&self, triangle: &LeafTriangle, faces: &[[u32; 3]]) -> bool {
+        let same = |(&vertex, &corner): (&u32, &u32)| {
+            let number = &self.0[vertex as usize];
+            match number.load(Relaxed) {
+                Self::UNSEEN => number
+                    .compare_exchange(Self::UNSEEN, corner, Relaxed, Relaxed)
+                    .map_or_else(|found| found == corner, |_| true),
+                found => found == corner,
+            }
+        };
+        // The numbers of triangles in an image are not checked when it is viewed.
+        let face = faces.get(triangle.id as usize);
+        face.is_some_and(|face| triangle.vertices.iter().zip(face).all(same))
+    }
 }
 
-/// To node coordinates.
-fn normalised(mut vertices: Vec<Point>, origin: Point, unit: f64) -> Vec<Point> {
-    let scale = unit.recip();
-    vertices.par_iter_mut().with_min_len(1 << 12).for_each(|v| {
-        *v = [(v[0] - origin[0]) * scale, (v[1] - origin[1]) * scale, (v[2] - origin[2]) * scale];
-    });
-    vertices
+/// Puts an image's vertices where the mesh has them: which have moved, and the bounds of all.
+///
+/// Moved is what has other bits: an image has those of a zero's sign, too.
+fn move_vertices(
+    vertices: &mut [Point],
+    numbers: &Numbers,
+    mesh: &TriangleMesh,
+) -> (Vec<bool>, (Point, Point)) {
+    let mut has_moved = vec![false; vertices.len()];
+    let each = vertices.par_chunks_mut(PART).zip(has_moved.par_chunks_mut(PART));
+    let move_part = |((vertices, has_moved), numbers): ((&mut [Point], &mut [bool]), &[_])| {
+        for ((vertex, has_moved), number) in vertices.iter_mut().zip(has_moved).zip(numbers) {
+            // What no triangle has stays where it is.
+            let number: u32 = AtomicU32::load(number, Relaxed);
+            let now = *mesh.vertices().get(number as usize).unwrap_or(vertex);
+            *has_moved = (0..3).any(|k| vertex[k].to_bits() != now[k].to_bits());
+            *vertex = now;
+        }
+        bounds(&*vertices)
+    };
+    let parts: Vec<_> = each.zip(numbers.0.par_chunks(PART)).map(move_part).collect();
+    (has_moved, bounds(parts.iter().flat_map(|(low, high)| [low, high])))
 }
 
 /// The image's, if the mesh lies within [-1, 1] in it, as every bound on a rounding takes for granted,
@@ -127,10 +164,14 @@ fn frame(image: &Header, low: &Point, high: &Point) -> (Point, f64) {
 /// Where the triangles of an image are now.
 pub(super) struct Moved<'a> {
     triangles: &'a [LeafTriangle],
-    /// In node coordinates.
-    vertices: Vec<Point>,
-    /// Of each vertex: whether it has moved, or there is another frame.
+    /// In metres.
+    vertices: &'a [Point],
+    /// Of each vertex.
     has_moved: Vec<bool>,
+    in_other_frame: bool,
+    /// Of node coordinates.
+    origin: Point,
+    scale: f64,
     /// The unit of the image before, in that of today.
     pub unit_before: f64,
 }
@@ -143,14 +184,40 @@ impl Moved<'_> {
     /// In node coordinates, by its rank.
     #[inline]
     pub fn triangle(&self, rank: u32) -> Triangle {
-        self.triangles[rank as usize].vertices.map(|vertex| self.vertices[vertex as usize])
+        // Not by `map`, which is not inlined here.
+        let [a, b, c] = self.triangles[rank as usize].vertices;
+        let at = |vertex: u32| self.normalised(&self.vertices[vertex as usize]);
+        [at(a), at(b), at(c)]
     }
 
-    /// Whether a triangle of these ranks has a vertex that has moved.
+    #[inline]
+    fn normalised(&self, v: &Point) -> Point {
+        let Self { origin: o, scale, .. } = self;
+        [(v[0] - o[0]) * scale, (v[1] - o[1]) * scale, (v[2] - o[2]) * scale]
+    }
+
+    /// Of the triangles of these ranks, in node coordinates. Roundings are monotone: the least
+    /// coordinate in metres becomes the least one.
+    #[inline]
+    pub fn bounds(&self, ranks: Range<u32>) -> (Point, Point) {
+        let (mut low, mut high) = ([f64::INFINITY; 4], [f64::NEG_INFINITY; 4]);
+        for triangle in &self.triangles[ranks.start as usize..ranks.end as usize] {
+            for vertex in triangle.vertices {
+                let [x, y, z] = self.vertices[vertex as usize];
+                low = least(low, [x, y, z, 0.0]);
+                high = most(high, [x, y, z, 0.0]);
+            }
+        }
+        let [low, high] = [low, high].map(|[x, y, z, _]| self.normalised(&[x, y, z]));
+        (low, high)
+    }
+
+    /// Whether a triangle of these ranks has a vertex that has moved, or there is another frame.
     #[inline]
     pub fn any_of(&self, ranks: Range<u32>) -> bool {
         let triangles = &self.triangles[ranks.start as usize..ranks.end as usize];
-        triangles.iter().any(|t| t.vertices.iter().any(|&v| self.has_moved[v as usize]))
+        let has_moved = |vertex: u32| self.has_moved[vertex as usize];
+        self.in_other_frame || triangles.iter().any(|t| t.vertices.iter().any(|&v| has_moved(v)))
     }
 }
 
@@ -216,27 +283,32 @@ impl Refit for AabbNode {
 /// The length of the longest leaf's box.
 fn refit_binary<N: Refit>(nodes: &mut [u8], node_count: u32, moved: &Moved<'_>) -> f64 {
     let nodes: &mut [N] = first(nodes, node_count);
-    let moved_before = counted_before(moved);
+    let triangles = || (0..moved.triangle_count()).into_par_iter().map(|rank| moved.triangle(rank));
+    let ((moved_before, ranges), triangles) = rayon::join(
+        || rayon::join(|| counted_before(moved), || ranges(nodes)),
+        || triangles().collect::<Vec<_>>(),
+    );
     let has_moved =
         |ranks: &Range<u32>| moved_before[ranks.start as usize] != moved_before[ranks.end as usize];
-    let ranges = ranges(nodes);
     let changed = nodes.par_iter_mut().zip(ranges).filter(|(_, below)| has_moved(below));
-    changed.for_each(|(node, below)| refit_node(node, below, moved));
+    changed.for_each(|(node, Range { start, end })| {
+        refit_node(node, &triangles[start as usize..end as usize], moved.unit_before);
+    });
     let leaf = |node: &N| matches!(node.link().child(), Child::Leaf { .. }).then(|| node.half());
     longest_diagonal(nodes.par_iter().filter_map(leaf))
 }
 
-/// Along the same axes, as long as that does not make the box much larger.
-fn refit_node<N: Refit>(node: &mut N, below: Range<u32>, moved: &Moved<'_>) {
+/// Along the same axes, as long as that does not make the box much larger. `unit`: that of the
+/// lengths in the node, in today's.
+fn refit_node<N: Refit>(node: &mut N, below: &[Triangle], unit: f64) {
     /// A box has to be that much larger for other axes to pay.
     const GROWTH: f64 = 1.5;
     let mut axes = node.own_axes();
-    let mut fit = fit_all(below.clone().map(|rank| moved.triangle(rank)), &axes);
-    if surface(&fit.half) > GROWTH * surface(&node.half().map(|h| h * moved.unit_before)) {
-        let own: Vec<Triangle> = below.map(|rank| moved.triangle(rank)).collect();
-        let ids: Vec<u32> = (0..own.len() as u32).collect();
-        let others = N::axes(&own, &ids);
-        let along_others = fit_all(own.into_iter(), &others);
+    let mut fit = fit_all(below, &axes);
+    if surface(&fit.half) > GROWTH * surface(&node.half().map(|h| h * unit)) {
+        let ids: Vec<u32> = (0..below.len() as u32).collect();
+        let others = N::axes(below, &ids);
+        let along_others = fit_all(below, &others);
         if surface(&along_others.half) < surface(&fit.half) {
             (axes, fit) = (others, along_others);
         }

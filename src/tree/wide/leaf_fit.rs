@@ -6,15 +6,13 @@ use crate::geometry::{Point, Triangle};
 use crate::tree::fit::{Axes, IDENTITY, Projection, gaussian_axes, least, most, triangle_axes};
 use crate::tree::node::{AXES_TOLERANCE, round_up, widen};
 
-/// Of the fits tried, the box with the least surface.
+/// The box with the least surface of those that are tried, and the triangles in its frame.
 pub fn fit_leaf(triangles: &[Triangle], ids: &[u32], first: u32) -> (LeafBox, LeafRows) {
-    let areas = ids.iter().map(|&id| (doubled_area(&triangles[id as usize]), id));
-    let largest = areas.max_by(|a, b| a.0.total_cmp(&b.0));
-    let along_largest = largest.map_or(IDENTITY, |(_, id)| triangle_axes(&triangles[id as usize]));
-    let fits = [IDENTITY, along_largest, gaussian_axes(triangles, ids)];
-    let fits = fits.map(|axes| fit(triangles, ids, axes));
-    let best = fits.iter().min_by(|a, b| surface(&a.half).total_cmp(&surface(&b.half)));
-    leaf_in(best.unwrap_or(&fits[0]), triangles, ids, first)
+    let fit = best_fit(triangles, ids);
+    let mut rows = LeafRows::EMPTY;
+    rows.ids[..ids.len()].copy_from_slice(ids);
+    set_corners(&mut rows, triangles, ids, &fit);
+    (fit.leaf(first), rows)
 }
 
 /// A leaf that has its turned box whose triangles have moved: along the same axes, as long as that
@@ -24,21 +22,24 @@ pub fn refit_leaf(triangles: &[Triangle], unit: f64, leaf: &mut LeafBox, rows: &
     const GROWTH: f64 = 1.5;
     const LANES: [u32; WIDTH] = [0, 1, 2, 3, 4, 5, 6, 7];
     let lanes = &LANES[..triangles.len()];
-    let kept = fit(triangles, lanes, leaf.axes);
-    let before = surface(&widen(leaf.half).map(|h| h * unit));
-    let (first, ids) = (leaf.first, rows.ids);
-    (*leaf, *rows) = if surface(&kept.half) > GROWTH * before {
-        fit_leaf(triangles, lanes, first)
-    } else {
-        leaf_in(&kept, triangles, lanes, first)
-    };
-    rows.ids = ids;
+    let mut kept = fit(triangles, lanes, leaf.axes);
+    if surface(&kept.half) > GROWTH * surface(&widen(leaf.half).map(|h| h * unit)) {
+        kept = best_fit(triangles, lanes);
+    }
+    *leaf = kept.leaf(leaf.first);
+    set_corners(rows, triangles, lanes, &kept);
 }
 
-fn leaf_in(fit: &Fit, triangles: &[Triangle], ids: &[u32], first: u32) -> (LeafBox, LeafRows) {
-    let half = round_up(containing(&fit.half));
-    let leaf = LeafBox { axes: fit.axes, center: fit.center, half, first };
-    (leaf, rows_of(triangles, ids, fit))
+fn best_fit(triangles: &[Triangle], ids: &[u32]) -> Fit {
+    let areas = ids.iter().map(|&id| (doubled_area(&triangles[id as usize]), id));
+    let largest = areas.max_by(|a, b| a.0.total_cmp(&b.0));
+    let along_largest = largest.map_or(IDENTITY, |(_, id)| triangle_axes(&triangles[id as usize]));
+    let others = [along_largest, gaussian_axes(triangles, ids)];
+    others.into_iter().fold(fit(triangles, ids, IDENTITY), |best, axes| {
+        let next = fit(triangles, ids, axes);
+        // Of equal ones the first.
+        if surface(&next.half) < surface(&best.half) { next } else { best }
+    })
 }
 
 struct Fit {
@@ -46,6 +47,13 @@ struct Fit {
     center: [f32; 3],
     /// Of what is projected on the axes.
     half: Point,
+}
+
+impl Fit {
+    fn leaf(&self, first: u32) -> LeafBox {
+        let half = round_up(containing(&self.half));
+        LeafBox { axes: self.axes, center: self.center, half, first }
+    }
 }
 
 /// Half extents of the box `center + sum_i s_i axes[i]` from those of the projections on its axes,
@@ -73,26 +81,21 @@ fn fit(triangles: &[Triangle], ids: &[u32], axes: Axes) -> Fit {
     Fit { axes, center, half }
 }
 
-/// Projections of the vertices, taken from the center, on the axes.
-fn rows_of(triangles: &[Triangle], ids: &[u32], fit: &Fit) -> LeafRows {
-    let mut rows = LeafRows::EMPTY;
+/// To the projections of the vertices, taken from the center, on the axes.
+fn set_corners(rows: &mut LeafRows, triangles: &[Triangle], ids: &[u32], fit: &Fit) {
     let (projection, center) = (Projection::on(&fit.axes), widen(fit.center));
+    let LeafRows { first_two, third, .. } = rows;
     for (lane, &id) in ids.iter().enumerate() {
-        rows.ids[lane] = id;
-        for (corner, v) in triangles[id as usize].iter().enumerate() {
-            let from_center = [v[0] - center[0], v[1] - center[1], v[2] - center[2]];
-            let along = projection.of(&from_center);
-            for k in 0..3 {
-                let along = along[k] as f32;
-                match corner {
-                    0 => rows.first_two[k][lane] = along,
-                    1 => rows.first_two[k][8 + lane] = along,
-                    _ => rows.third[k][lane] = along,
-                }
-            }
+        let along =
+            |v: &Point| projection.of(&[v[0] - center[0], v[1] - center[1], v[2] - center[2]]);
+        let [a, b, c] = &triangles[id as usize];
+        let (a, b, c) = (along(a), along(b), along(c));
+        for k in 0..3 {
+            first_two[k][lane] = a[k] as f32;
+            first_two[k][WIDTH + lane] = b[k] as f32;
+            third[k][lane] = c[k] as f32;
         }
     }
-    rows
 }
 
 fn surface(h: &Point) -> f64 {
