@@ -46,7 +46,7 @@ impl Crash<'_> {
         let mut watch = Watch { sink, layout: &layout, scenario: self.scenario, seen: None };
         let report = Job { poses: before, ..*job }.run(engine, trees, &mut watch)?;
         let seen = watch.seen;
-        if report.interrupted || after.is_empty() {
+        if report.interrupted {
             return Ok(report);
         }
         if report.set_aside.contains(&self.scenario) {
@@ -65,6 +65,9 @@ impl Crash<'_> {
                 None
             }
         };
+        if after.is_empty() {
+            return Ok(report);
+        }
         let after = Job { poses: after, ..*job };
         let second = match &deformed {
             None => after.run(engine, trees, &mut later),

@@ -5,7 +5,7 @@ use std::num::NonZeroU32;
 use std::sync::Arc;
 use std::time::Instant;
 
-use anyhow::Context;
+use anyhow::{Context, anyhow};
 use serde::Serialize;
 
 use super::args::PlanArgs;
@@ -52,14 +52,23 @@ pub(super) fn plan(args: &PlanArgs) -> Result<(), Failure> {
     let interrupt = interrupt::on_ctrl_c().context("cannot listen to Ctrl-C")?;
     let mut scene = scene_of(&args.scene)?;
     check_effects(&scene)?;
+    if let Accuracy::BoxesAt(_) = scene.accuracy {
+        return Err(Failure::usage(anyhow!(
+            "accuracy {} finds boxes that meet, and a plan is about triangles: take boxes, f32, f64 or \
+             exact",
+            scene.accuracy
+        )));
+    }
     let scenarios = take_sample(&mut scene, args.sample)?;
     let poses = Poses::of(&scene.scenarios)?;
     let meshes = prepare::load(&scene)?;
     let plan = scene.effects.plan([meshes.fixed(), meshes.moving()]).map_err(Failure::usage)?;
+    interrupt::check(&interrupt)?;
     let options = BuildOptions { kind: scene.tree };
     let trees = prepare::build(&meshes, options, None);
     let parts = prepare::build_parts(&plan, &meshes, options);
     let poses = poses.place(&meshes, &trees, &interrupt)?;
+    interrupt::check(&interrupt)?;
     let sample = Sample { scene: &scene, plan: &plan, trees: &trees, parts: &parts };
     let costs = sample.measure(&poses).context("cannot measure a sample")?;
     let report = report(&scene, &plan.layout(), scenarios, &costs);

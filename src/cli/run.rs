@@ -35,6 +35,7 @@ pub(super) fn run(args: RunArgs) -> Result<(), Failure> {
 
     let (poses, read_s) = timed(|| Poses::of(&scene.scenarios));
     let poses = poses?;
+    check_crash(scene, poses.len())?;
     // Workers come to life while meshes are loaded and trees are built.
     let mut engine = start_engine(scene, poses.len())?;
     let (meshes, load_s) = timed(|| prepare::load(scene));
@@ -55,13 +56,6 @@ pub(super) fn run(args: RunArgs) -> Result<(), Failure> {
         layout: plan.layout(),
     };
     let deform_after = scene.effects.crush.and_then(|crush| crush.deform_after);
-    if let Some(scenario) = deform_after.filter(|&scenario| scenario as usize >= poses.len()) {
-        return Err(Failure::usage(anyhow!(
-            "`effects.crush.deform_after`: there is no scenario {scenario}: there are {}, counted \
-             from 0",
-            poses.len()
-        )));
-    }
     let mut results = Results::new(request.out, outputs, request.stats, poses.len());
     let job = Job {
         poses: &poses,
@@ -103,8 +97,20 @@ pub(super) fn run(args: RunArgs) -> Result<(), Failure> {
     // The answers are there, whatever came of the comparison.
     let (tree_costs, failure) =
         compared.map_or_else(|error| (Vec::new(), Some(error)), |costs| (costs, None));
-    let finished = finish(&Summary { tree_costs, ..summary }, &mut results, request.json);
+    let finished = finish(&Summary { tree_costs, plan, ..summary }, &mut results, request.json);
     failure.map_or(finished, Err)
+}
+
+/// That the scenario is there whose crash deforms the vehicles.
+fn check_crash(scene: &Scene, scenarios: usize) -> Result<(), Failure> {
+    let after = scene.effects.crush.and_then(|crush| crush.deform_after);
+    match after.filter(|&scenario| scenario as usize >= scenarios) {
+        None => Ok(()),
+        Some(scenario) => Err(Failure::usage(anyhow!(
+            "`effects.crush.deform_after`: there is no scenario {scenario}: there are {scenarios}, \
+             counted from 0"
+        ))),
+    }
 }
 
 /// No more workers than there are scenarios.

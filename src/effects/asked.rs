@@ -29,6 +29,8 @@ pub struct Asked {
     pub volume: bool,
     pub motion: Option<MotionAsked>,
     pub response: Option<ResponseAsked>,
+    /// What the bodies are calls for no response.
+    pub response_is_off: bool,
     pub crush: Option<CrushAsked>,
     /// The fixed and the moving one.
     pub bodies: [BodyAsked; 2],
@@ -129,12 +131,10 @@ impl Asked {
     pub fn plan(&self, meshes: [&TriangleMesh; 2]) -> Result<Plan, Unplannable> {
         self.check_parts(meshes)?;
         self.check_ignored()?;
-        if self.containment || self.volume {
-            self.check_closed(meshes)?;
-        }
+        let containment = self.needs_containment(meshes)?;
         let mut steps = Vec::new();
         steps.extend(self.segments.then_some(Step::Segments));
-        steps.extend(self.containment.then_some(Step::Containment));
+        steps.extend(containment.then_some(Step::Containment));
         steps.extend(self.clearance.map(Step::Clearance));
         steps.extend(self.penetration.map(Step::Penetration));
         steps.extend(self.volume.then_some(Step::Volume));
@@ -176,7 +176,9 @@ impl Asked {
     fn calls_for_response(&self) -> bool {
         let described = self.bodies.iter().all(|body| body.inertia.is_some());
         let moves = self.bodies.iter().any(BodyAsked::has_velocity);
-        self.response.is_some() || self.crush.is_some() || described && moves
+        self.response.is_some()
+            || self.crush.is_some()
+            || described && moves && !self.response_is_off
     }
 
     fn motion(&self, meshes: [&TriangleMesh; 2]) -> Result<Option<MotionOptions>, Unplannable> {
@@ -217,6 +219,10 @@ impl Asked {
     fn response(&self) -> Result<Option<ResponseOptions>, Unplannable> {
         if !self.calls_for_response() {
             return Ok(None);
+        }
+        if self.response_is_off {
+            let reason = "is false, and `effects.crush` needs it: leave one out";
+            return Err(Unplannable::new("effects.response", reason));
         }
         let by = if self.crush.is_some() { "effects.crush" } else { "effects.response" };
         let [fixed, moving] = [0, 1].map(|side: usize| {
@@ -275,6 +281,7 @@ impl Asked {
             ("effects.clearance", self.clearance.is_some()),
             ("effects.penetration", self.penetration.is_some()),
             ("effects.volume", self.volume),
+            ("effects.containment", self.containment),
             ("motion", self.motion.is_some()),
         ];
         match whole.iter().find(|(_, asked)| *asked && !self.ignore.is_empty()) {
@@ -287,7 +294,12 @@ impl Asked {
         }
     }
 
-    fn check_closed(&self, meshes: [&TriangleMesh; 2]) -> Result<(), Unplannable> {
+    /// Where it was asked for, and where others have to know it: what is inside overlaps, though
+    /// nothing touches. Without a closed part nothing can be inside.
+    fn needs_containment(&self, meshes: [&TriangleMesh; 2]) -> Result<bool, Unplannable> {
+        if !(self.containment || self.volume || self.penetration.is_some()) {
+            return Ok(false);
+        }
         let shells = meshes.map(|mesh| Shells::of(mesh.vertices(), mesh.faces().iter().copied()));
         let has = |shells: &Shells, is: fn(&crate::mesh::closed::Part) -> bool| {
             shells.parts().iter().any(is)
@@ -302,6 +314,7 @@ impl Asked {
             return Err(Unplannable::new("effects.containment", reason));
         }
         let open = shells.iter().position(|s| !has(s, |part| part.is_solid()));
+        let is_any_closed = || shells.iter().any(|s| has(s, |part| part.is_closed()));
         match open.filter(|_| self.volume) {
             Some(side) => {
                 let reason = format!(
@@ -311,7 +324,7 @@ impl Asked {
                 );
                 Err(Unplannable::new("effects.volume", reason))
             }
-            None => Ok(()),
+            None => Ok(is_any_closed()),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! How near two meshes that are apart come to each other.
+//! How near the surfaces of two meshes that do not touch come to each other.
 
 use serde::{Deserialize, Serialize};
 
@@ -67,7 +67,7 @@ impl Effect for ClearanceEffect {
     }
 
     fn is_called_for(&self, known: &Known) -> bool {
-        !known.overlapping()
+        !known.touching
     }
 
     fn run(

@@ -23,10 +23,15 @@ impl Kept {
     }
 
     pub fn shells<'a>(&'a mut self, tree: &TreeView<'a>) -> (&'a Shells, ByNumber<'a>) {
+        let by_number = self.ranks.of(tree);
+        // In the order of the file: the same for every kind of tree.
         let shells = of_tree(&mut self.shells, tree, |tree| {
-            Shells::of(tree.vertices(), tree.triangles().iter().map(|triangle| triangle.vertices))
+            Shells::of(
+                tree.vertices(),
+                (0..tree.triangle_count()).map(|number| by_number.vertices(number)),
+            )
         });
-        (shells, self.ranks.of(tree))
+        (shells, by_number)
     }
 }
 

@@ -63,15 +63,19 @@ const fn description(
 /// In the order in which they run.
 pub const DESCRIPTIONS: [Description; 8] = [
     description("contacts.segments", "triangles touch", "`effects.segments = true`"),
-    description("containment", "no triangles touch", "`effects.containment = true`"),
-    description("clearance", "the meshes are apart", "`effects.clearance`"),
+    description(
+        "containment",
+        "no triangles touch",
+        "`effects.containment`, or volume and penetration, which need it",
+    ),
+    description("clearance", "no triangles touch", "`effects.clearance`"),
     description("penetration", "the meshes overlap", "`effects.penetration`"),
     description("volume", "the meshes overlap", "`effects.volume = true`"),
     description("motion", "neither is inside the other", "`motion.duration_s`"),
     description(
         "response",
-        "they overlap or a motion brings them together",
-        "masses, inertias and velocities of both, or `effects.response`",
+        "triangles touch, or a motion brings them to it",
+        "masses and inertias of both and a velocity, or `effects.response`",
     ),
     description("crush", "there is an impact", "`effects.crush`"),
 ];
@@ -103,6 +107,15 @@ impl Plan {
 
     pub fn ignores(&self, [fixed, moving]: Pair) -> bool {
         self.ignore.iter().any(|[a, b]| a.contains(fixed) && b.contains(moving))
+    }
+
+    /// How many trees steps need beside the fixed and the moving one.
+    pub fn part_count(&self) -> usize {
+        let of_step = |step: &Step| match step {
+            Step::Motion(options) => options.parts.iter().map(Vec::len).sum(),
+            _ => 0,
+        };
+        self.steps.iter().map(of_step).sum()
     }
 
     /// The meshes that steps need beside the fixed and the moving one, in their order.

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::{ComputeTimes, EffectSummary, Machine, Tally, TreeCosts};
+use crate::effects::Plan;
 use crate::geometry::Point;
 use crate::geometry::simd::SimdLevel;
 use crate::mesh::TriangleMesh;
@@ -46,6 +47,9 @@ pub struct Summary {
     pub scenarios_per_s: f64,
     pub time: Times,
     pub compute_us: ComputeTimes,
+    /// What was asked beside the pairs, as it went to the workers.
+    #[serde(skip_serializing_if = "Plan::is_empty")]
+    pub plan: Plan,
     /// The steps of the plan, in their order.
     pub effects: Vec<EffectSummary>,
     /// With `--stats`: the tree kind of the scene, then the others.
@@ -178,6 +182,7 @@ impl Summary {
                 ..prepared
             },
             compute_us: tally.compute_times(),
+            plan: Plan::default(),
             effects: tally.effects(scene.effects.pairs.name()),
             tree_costs: Vec::new(),
             worker_reports: engine.workers,

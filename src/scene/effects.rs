@@ -106,6 +106,7 @@ impl Source<'_> {
             volume: effects.volume.unwrap_or_default(),
             motion: motion.map(|motion| self.motion(motion)).transpose()?,
             response: on(effects.response.as_ref(), |file| self.response(file))?,
+            response_is_off: matches!(effects.response, Some(Switch::Off)),
             crush: effects.crush.as_ref().map(|file| self.crush(file)).transpose()?,
             bodies: [fixed, moving],
         };
@@ -188,10 +189,7 @@ impl Source<'_> {
             file.directions.as_ref(),
             "effects.penetration.directions",
             Effort::default(),
-            |n| {
-                positive(n, "a number of directions", 1 << 20)
-                    .map(|n| Effort { directions: n.get() })
-            },
+            |n| positive(n, "a number of directions", 4096).map(|n| Effort { directions: n.get() }),
         )?;
         let least = file.least.unwrap_or(direction.is_none());
         Ok(PenetrationOptions {
@@ -221,8 +219,8 @@ impl Source<'_> {
                 "motion.resolution_s",
                 None,
                 |seconds| match Resolution::new(seconds) {
-                    Ok(_) if seconds < 1e-6 * duration.get_ref() => Err(format!(
-                        "{seconds} is below a millionth of `motion.duration_s`: give more"
+                    Ok(_) if seconds < 1e-4 * duration.get_ref() => Err(format!(
+                        "{seconds} is below a ten-thousandth of `motion.duration_s`: give more"
                     )),
                     resolution => resolution.map(Some).map_err(|e| e.to_string()),
                 },

@@ -20,7 +20,13 @@ impl PlanMessage {
     }
 
     pub fn parse(bytes: &[u8]) -> Result<Self, WireError> {
-        serde_json::from_slice(bytes).map_err(|error| WireError::Plan(error.to_string()))
+        let refused = |error: &dyn std::fmt::Display| WireError::Plan(error.to_string());
+        let message: Self = serde_json::from_slice(bytes).map_err(|error| refused(&error))?;
+        let (needed, found) = (message.plan.part_count(), message.parts.len());
+        if needed != found {
+            return Err(refused(&format_args!("it needs {needed} more trees and names {found}")));
+        }
+        Ok(message)
     }
 }
 

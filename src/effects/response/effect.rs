@@ -5,9 +5,9 @@ use super::{Body, Change, Contact, Impact, Inertia, NoImpact, Regime, impact};
 use crate::effects::layout::{Column, Note, StepLayout};
 use crate::effects::motion::BodyMotion;
 use crate::effects::{Collision, Effect, Known, Scenario};
+use crate::geometry::Pose;
 use crate::geometry::contact::{Kind, certified};
 use crate::geometry::motion::Trajectory;
-use crate::geometry::{Point, Pose};
 use crate::tree::descent::DescentError;
 
 /// A vehicle in a collision.
@@ -133,9 +133,7 @@ impl Effect for ResponseEffect {
             [0, 1].map(|side| self.options.bodies[side].at(&starts[side], collision.time_s));
         let [Some(fixed), Some(moving)] = bodies else { return Ok(0) };
         let bodies = [&fixed, &moving];
-        // The plane alone does not know its sides; the bodies that it keeps apart approach each other.
-        let approach = closing_speed(bodies, &collision);
-        if approach < 0.0 && known.collision.is_none() {
+        if known.collision.is_none() && is_turned(bodies, &collision) {
             collision.normal = collision.normal.map(|c| -c);
         }
         known.collision = Some(collision);
@@ -163,19 +161,29 @@ impl ResponseBody {
     /// Some time after it was in this pose; `None` if it has left the range of numbers.
     pub fn at(&self, start: &Pose, time_s: f64) -> Option<Body> {
         let motion = self.motion.in_world(start);
-        let values = *motion.values();
-        let pose = Trajectory::new(*start, &motion, None).pose(time_s);
+        let trajectory = Trajectory::new(*start, &motion, None);
+        let (pose, cg) = (trajectory.pose(time_s), motion.values().cg_m);
+        let (velocity, spin) = trajectory.velocities(time_s);
         let rotation = Matrix3::from_row_slice(&pose.rotation);
-        // It is one but for rounding: the search for the one that is nearest would take most of the
-        // effect's time.
+        // It is one to the decimals that poses are given with: the search for the one that is nearest
+        // would take most of the effect's time.
         let rotation = Rotation3::from_matrix_unchecked(rotation);
         let turn = UnitQuaternion::from_rotation_matrix(&rotation).into_inner().normalize();
         let orientation = [turn.w, turn.i, turn.j, turn.k];
-        let later = |rate: Point, growth: Point| [0, 1, 2].map(|k| rate[k] + growth[k] * time_s);
-        let velocity = later(values.velocity_m_s, values.acceleration_m_s2);
-        let spin = later(values.spin_rad_s, values.spin_acceleration_rad_s2);
-        Body::new(self.inertia, pose.apply(values.cg_m), orientation, velocity, spin).ok()
+        Body::new(self.inertia, pose.apply(cg), orientation, velocity, spin).ok()
     }
+}
+
+/// A plane alone does not know its sides. The moving body is where its centre of gravity is, seen from
+/// the fixed one's; where that does not tell, where it comes from.
+fn is_turned(bodies: [&Body; 2], collision: &Collision) -> bool {
+    let [fixed, moving] = bodies;
+    let between = moving.cg() - fixed.cg();
+    let along = between.dot(&Vector3::from(collision.normal));
+    if along.abs() > 1e-3 * between.norm() {
+        return along < 0.0;
+    }
+    closing_speed(bodies, collision) < 0.0
 }
 
 /// At which the points of both bodies there approach each other along the normal, m/s.

@@ -93,6 +93,14 @@ impl Trajectory {
         pose_of(&(body * rotation), &(translation + body * offset))
     }
 
+    /// Of the body's centre of gravity, and its angular velocity; world axes.
+    pub fn velocities(&self, time_s: f64) -> (Point, Point) {
+        let turn = self.placed(time_s).turn;
+        let rate = self.spin + self.spin_acceleration * time_s;
+        let velocity = self.velocity + self.acceleration * time_s;
+        (velocity.into(), angular_velocity(&turn, &rate).into())
+    }
+
     fn placed(&self, t: f64) -> Placed {
         let path = self.velocity * t + self.acceleration * (0.5 * t * t);
         let turn = self.spin * t + self.spin_acceleration * (0.5 * t * t);

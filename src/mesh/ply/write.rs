@@ -1,11 +1,17 @@
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 use crate::mesh::TriangleMesh;
 
-/// Binary, coordinates in 64 bits: what is read back is the same mesh.
+/// Binary, coordinates in 64 bits: what is read back is the same mesh. The file appears when it is
+/// whole.
 pub fn write_ply(mesh: &TriangleMesh, path: &Path) -> io::Result<()> {
+    let partial = path.with_extension("ply.partial");
+    write(mesh, &partial).and_then(|()| fs::rename(&partial, path))
+}
+
+fn write(mesh: &TriangleMesh, path: &Path) -> io::Result<()> {
     let mut file = BufWriter::new(File::create(path)?);
     write!(
         file,

@@ -162,13 +162,20 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Engine<T, L> {
         self.is_stopped = true;
         let report = outcome?;
         self.is_stopped = report.interrupted;
-        if let Some(plan) = published {
-            self.settle()?;
-            if let Some(shared) = self.crew.transport.shared_geometry() {
-                shared.withdraw(plan)?;
-            }
+        // The answers are complete, whatever comes of it.
+        if let Err(error) = self.withdraw_plan(published) {
+            tracing::warn!("the engine keeps the memory of a plan: {error}");
         }
         Ok(report)
+    }
+
+    fn withdraw_plan(&mut self, published: Option<u32>) -> Result<(), EngineError> {
+        let Some(plan) = published else { return Ok(()) };
+        self.settle()?;
+        if let Some(shared) = self.crew.transport.shared_geometry() {
+            shared.withdraw(plan)?;
+        }
+        Ok(())
     }
 
     /// Gives the plan a number, and publishes it where that can be done.

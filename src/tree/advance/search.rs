@@ -83,6 +83,9 @@ impl Ord for Entry {
     }
 }
 
+/// Entries that a queue keeps room for after a search that had more.
+const KEPT: usize = 1 << 16;
+
 impl Advancement {
     /// The first impact from a time on until another.
     pub(super) fn search(&mut self, scene: &mut Scene<'_>, from: f64, to: f64) -> Outcome {
@@ -106,6 +109,7 @@ impl Advancement {
         most_bounds: u64,
     ) -> Outcome {
         queue.clear();
+        queue.shrink_to(KEPT);
         let [fixed, moving] = [0, 1].map(|side| scene.sides[side].len() as u32);
         for bodies in (0..fixed).flat_map(|a| (0..moving).map(move |b| [a, b])) {
             let spots = scene.bodies(bodies).map(|body| body.boxes.top());

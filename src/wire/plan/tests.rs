@@ -149,9 +149,11 @@ fn any_response() -> impl Strategy<Value = Step> {
 fn any_crush() -> impl Strategy<Value = Step> {
     let stiffness = (positive(), positive()).prop_map(|(a, b)| Stiffness::new(a, b).unwrap());
     let bodies = prop::array::uniform2(any_body());
-    (prop::array::uniform2(stiffness), positive(), bodies).prop_map(
-        |(stiffness, width_m, bodies)| {
-            Step::Crush(Box::new(CrushOptions { stiffness, width_m, bodies }))
+    let zone = (positive(), prop::option::of(positive()), positive());
+    (prop::array::uniform2(stiffness), zone, bodies).prop_map(
+        |(stiffness, (width_m, height_m, taper_m), bodies)| {
+            let options = CrushOptions { stiffness, width_m, height_m, taper_m, bodies };
+            Step::Crush(Box::new(options))
         },
     )
 }

@@ -28,6 +28,9 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
             }
         }
         let Some(planned) = &self.planned else { return Ok(()) };
+        if !self.assignment.clients[client].is_ready() {
+            return Ok(());
+        }
         let planned_number = planned.number;
         let messages: Vec<_> = planned.messages().collect();
         for (number, messages) in messages {
