@@ -278,6 +278,7 @@ impl Asked {
     /// Effects that look at whole meshes would look at what is ignored as well.
     fn check_ignored(&self) -> Result<(), Unplannable> {
         let whole = [
+            ("effects.containment", self.containment),
             ("effects.clearance", self.clearance.is_some()),
             ("effects.penetration", self.penetration.is_some()),
             ("effects.volume", self.volume),
@@ -286,9 +287,10 @@ impl Asked {
         ];
         match whole.iter().find(|(_, asked)| *asked && !self.ignore.is_empty()) {
             Some((key, _)) => {
-                let reason =
-                    format!("looks at the whole meshes, which `{key}` does: leave one out");
-                Err(Unplannable::new("effects.ignore", format!("is about contacts; {reason}")))
+                let reason = format!(
+                    "is about contacts, and `{key}` looks at the whole meshes: leave one out"
+                );
+                Err(Unplannable::new("effects.ignore", reason))
             }
             None => Ok(()),
         }

@@ -43,6 +43,9 @@ pub(super) fn scene(place: &Place, effects: &[&str]) -> String {
     let mass = words(asked("response"), mass);
     let stiffness = words(asked("crush"), "stiffness = { a_n_m = 5e4, b_n_m2 = 4e5 }\n");
     let velocity = words(asked("motion"), "velocity_m_s = [15.0, 0.0, 0.0]\n");
+    let wheel = "[[moving.parts]]\nname = 'wheel'\ntriangles = [[900, 931]]\n\
+                 motion.turn = { point_m = [0, 0, 0], axis = [0, 1, 0], rate_rad_s = 1 }\n";
+    let wheel = words(asked("motion"), wheel);
     let motion = words(asked("motion"), "[motion]\nduration_s = 0.3\nresolution_s = 0.02\n");
     let lines: Vec<&str> =
         ALL.iter().filter(|(name, ..)| asked(name)).map(|(_, line, _)| *line).collect();
@@ -53,7 +56,7 @@ pub(super) fn scene(place: &Place, effects: &[&str]) -> String {
     let mesh = "mesh = 'builtin:car?triangles=1000'\n";
     let text = format!(
         "version = 1\n[scenarios]\nposes = 'p.csv'\n[fixed]\n{mesh}{mass}{stiffness}\
-         [moving]\n{mesh}{mass}{stiffness}{velocity}{motion}{heading}{}\n",
+         [moving]\n{mesh}{mass}{stiffness}{velocity}{wheel}{motion}{heading}{}\n",
         lines.join("\n")
     );
     place.write("scene.toml", &text)

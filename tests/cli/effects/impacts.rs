@@ -76,6 +76,16 @@ fn masses_and_a_velocity_call_for_a_response_by_themselves() {
     assert_eq!(described.effects(), [("contacts", 3), ("motion", 3), ("response", 2)]);
 }
 
+/// As far as one may be off in a file of poses.
+#[test]
+fn a_quaternion_of_six_digits_is_good_enough_for_an_impact() {
+    let place = Place::new();
+    let scene = central(&place, "effects.response = true");
+    place.write("p.csv", &format!("{HEADER}0.999996,0,0,0,3,0,0\n1.000004,0,0,0,3,0,0\n"));
+    let run = Run::of(&place, &scene, &[]);
+    assert_eq!(run.cells("impact"), ["full"; 2]);
+}
+
 /// The impact is at the start where both overlap, whether or not there is a motion to find another.
 #[test]
 fn what_overlaps_collides_without_a_motion() {

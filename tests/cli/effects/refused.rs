@@ -246,7 +246,18 @@ fn what_an_effect_lacks_is_refused_with_its_key() {
             "`effects.volume`: the moving mesh has no closed part",
             "volume = true",
         ),
-        (LAST, "ignore = [['side', 'top']]", "`effects.ignore`: is about contacts", ""),
+        (
+            LAST,
+            "ignore = [['side', 'top']]",
+            "`effects.ignore`: is about contacts, and `motion`",
+            "",
+        ),
+        (
+            LAST,
+            "containment = true\nignore = [['side', 'top']]",
+            "`effects.ignore`: is about contacts, and `effects.containment` looks at the whole",
+            "",
+        ),
         (VELOCITY, "velocity_m_s = [1e80, 0.0, 0.0]", "`moving.velocity_m_s`: within 1 s", ""),
     ];
     for (part, replacement, words, more) in cases {
