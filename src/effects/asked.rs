@@ -282,7 +282,6 @@ impl Asked {
             ("effects.clearance", self.clearance.is_some()),
             ("effects.penetration", self.penetration.is_some()),
             ("effects.volume", self.volume),
-            ("effects.containment", self.containment),
             ("motion", self.motion.is_some()),
         ];
         match whole.iter().find(|(_, asked)| *asked && !self.ignore.is_empty()) {
