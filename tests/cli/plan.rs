@@ -47,3 +47,27 @@ fn a_scene_without_effects_leaves_all_of_them_out_and_says_what_would_call_for_e
         assert!(left_out.contains(key) && !runs.contains(key), "{key}: {text}");
     }
 }
+
+#[test]
+fn the_crash_of_the_readme_runs_as_it_is_written() {
+    let place = Place::new();
+    let command = "bumper run config/effects/crash.toml --out results";
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/config/effects/crash.toml");
+    let out = place.text("results");
+    let words = command.split(' ').skip(1).map(|word| match word {
+        "config/effects/crash.toml" => scene,
+        "results" => &out,
+        other => other,
+    });
+    let small = ["--fixed", "builtin:car?triangles=1000", "--moving", "builtin:car?triangles=1000"];
+    let words: Vec<&str> = words.chain(small).collect();
+    let output = place.run(&words);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let (head, table) = stdout(&output)
+        .split_once("\neffect ")
+        .map(|(a, b)| (a.to_owned(), b.to_owned()))
+        .expect("a table of effects");
+    assert!(
+        head.contains("scenarios     6") && table.contains("motion") && table.contains("crush")
+    );
+}
