@@ -213,7 +213,8 @@ impl Asked {
         }
         let bodies = self.bodies.each_ref().map(|body| body.motion);
         let parts = [0, 1].map(|side: usize| part_trees(&self.bodies[side], meshes[side]));
-        Ok(Some(MotionOptions { horizon, tolerance, resolution, bodies, parts }))
+        let locate = self.calls_for_response();
+        Ok(Some(MotionOptions { horizon, tolerance, resolution, bodies, locate, parts }))
     }
 
     fn response(&self) -> Result<Option<ResponseOptions>, Unplannable> {

@@ -5,11 +5,13 @@ use serde::{Deserialize, Serialize};
 
 use super::layout::{Column, Note, StepLayout, Table};
 use super::{Collision, Effect, Known, Ranges, Scenario};
+use crate::geometry::boxes::bounds;
 use crate::geometry::motion::{Horizon, Motion, MotionValues, PartMotion, Trajectory};
 use crate::geometry::{Point, Pose};
 use crate::tree::TreeView;
 use crate::tree::advance::{Advancement, Impact, Moving, Outcome, Resolution, Tolerance};
 use crate::tree::descent::DescentError;
+use crate::tree::nearest::{Clearance, Near};
 
 /// In which axes a body's velocities are given.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -70,6 +72,8 @@ pub struct MotionOptions {
     pub resolution: Option<Resolution>,
     /// Of the fixed and the moving body.
     pub bodies: [BodyMotion; 2],
+    /// Whether a later step has to know where the bodies collide, and not only that they do.
+    pub locate: bool,
     /// Empty: the body is one tree, and that is the mesh's. The trees of the plan are those of the
     /// fixed body's parts, then those of the moving one's.
     pub parts: [Vec<PartTree>; 2],
@@ -101,6 +105,8 @@ const TABLES: &[Table] = &[Table {
 pub struct MotionEffect {
     options: MotionOptions,
     advancement: Advancement,
+    clearance: Clearance,
+    near: Vec<Near>,
     /// The numbers of each part's triangles in the mesh file.
     numbers: [Vec<Vec<u32>>; 2],
 }
@@ -111,7 +117,9 @@ impl MotionEffect {
             .parts
             .each_ref()
             .map(|parts| parts.iter().map(|part| part.triangles.iter().collect()).collect());
-        Self { advancement: Advancement::new(options.tolerance), numbers, options }
+        let advancement = Advancement::new(options.tolerance);
+        let (clearance, near) = Default::default();
+        Self { options, advancement, clearance, near, numbers }
     }
 }
 
@@ -134,7 +142,7 @@ impl Effect for MotionEffect {
         known: &mut Known,
         note: &mut Note<'_>,
     ) -> Result<u64, DescentError> {
-        let Self { options, advancement, numbers } = self;
+        let Self { options, advancement, clearance, near, numbers } = self;
         let starts = [Pose::IDENTITY, scenario.pose];
         let (of_fixed, of_moving) = scenario.parts.split_at(options.parts[0].len());
         let trees = [(&scenario.fixed, of_fixed), (&scenario.moving, of_moving)];
@@ -156,11 +164,12 @@ impl Effect for MotionEffect {
             Outcome::Impact(impact) => {
                 note.choice("motion", if known.touching { "in_contact" } else { "impact" });
                 write_impact(&impact, numbers, note);
-                let point = [0, 1, 2].map(|k| 0.5 * (impact.points[0][k] + impact.points[1][k]));
-                let Impact { time_s, normal, .. } = impact;
                 // What overlaps from the start collides where all of it touches.
-                if !known.touching {
-                    known.collision = Some(Collision { time_s, point, normal });
+                if options.locate && !known.touching {
+                    let tolerance_m = options.tolerance.metres();
+                    let bodies = [fixed[impact.trees[0]], moving[impact.trees[1]]];
+                    let found = middle(&impact, bodies, tolerance_m, clearance, near)?;
+                    known.collision = Some(found);
                 }
             }
         }
@@ -199,6 +208,41 @@ fn moving_trees<'a>(
 ) -> Vec<Moving<'a>> {
     let trees = if parts.is_empty() { std::slice::from_ref(whole) } else { parts };
     trees.iter().zip(paths).map(|(tree, trajectory)| Moving { tree, trajectory }).collect()
+}
+
+/// Where all triangles are that are as near as those which meet first, to within the tolerance: faces
+/// that meet flat have no first pair, and which is reported says nothing of where they push.
+fn middle(
+    impact: &Impact,
+    bodies: [Moving<'_>; 2],
+    tolerance_m: f64,
+    clearance: &mut Clearance,
+    near: &mut Vec<Near>,
+) -> Result<Collision, DescentError> {
+    let Impact { time_s, distance_m, points, normal, .. } = *impact;
+    let [fixed, moving] = bodies.map(|body| body.trajectory.pose(time_s));
+    let turn = Matrix3::from_row_slice(&fixed.rotation);
+    let back = turn.transpose();
+    let between = Vector3::from(moving.translation) - Vector3::from(fixed.translation);
+    // The moving body as the fixed one sees it.
+    let rotation = (back * Matrix3::from_row_slice(&moving.rotation)).transpose();
+    let mut seen = Pose { translation: (back * between).into(), ..Pose::IDENTITY };
+    seen.rotation.copy_from_slice(rotation.as_slice());
+    let margin_m = distance_m + tolerance_m;
+    clearance.within(bodies[0].tree, bodies[1].tree, &seen, margin_m, near)?;
+    let first = [0, 1, 2].map(|k| 0.5 * (points[0][k] + points[1][k]));
+    if near.is_empty() {
+        return Ok(Collision { time_s, point: first, normal });
+    }
+    let (low, high) = bounds(near.iter().flat_map(|near| &near.points));
+    let point = [0, 1, 2].map(|k| 0.5 * (low[k] + high[k]));
+    let apart = |near: &Near| {
+        let [a, b] = near.points.map(Vector3::from);
+        (b - a).try_normalize(0.0).unwrap_or_default()
+    };
+    let normals: Vector3<f64> = near.iter().map(apart).sum();
+    let normal = (turn * normals).try_normalize(1e-9).map_or(normal, Point::from);
+    Ok(Collision { time_s, point: fixed.apply(point), normal })
 }
 
 fn write_impact(impact: &Impact, numbers: &[Vec<Vec<u32>>; 2], note: &mut Note<'_>) {

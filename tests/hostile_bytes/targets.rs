@@ -254,7 +254,7 @@ fn batch_seeds() -> Vec<Vec<u8>> {
         batch_at(Accuracy::Pairs(TriangleTest::F32), &[3, 4], 0),
         tree(JobHeader::add_tree(2), &place.to_bytes()),
         tree(JobHeader::remove_tree(2), &[]),
-        tree(JobHeader::plan(2), &PlanMessage { plan: Plan::default(), parts: vec![3] }.to_bytes()),
+        tree(JobHeader::plan(2), &PlanMessage { plan: Plan::default(), parts: vec![] }.to_bytes()),
         tree(JobHeader::terminate(), &[]),
     ]
 }

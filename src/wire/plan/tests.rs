@@ -17,7 +17,7 @@ use crate::tree::{advance, nearest};
 fn message() -> PlanMessage {
     let ranges = |first, last| Ranges::new(vec![[first, last]]).unwrap();
     let plan = Plan { ignore: vec![[ranges(0, 3), ranges(7, 9)]], steps: vec![Step::Segments] };
-    PlanMessage { plan, parts: vec![3, 4] }
+    PlanMessage { plan, parts: vec![] }
 }
 
 #[test]
@@ -133,6 +133,7 @@ fn any_motion_step() -> impl Strategy<Value = Step> {
             tolerance: advance::Tolerance::new(metres).unwrap(),
             resolution: fine.map(|seconds| advance::Resolution::new(seconds).unwrap()),
             bodies,
+            locate: fine.is_some(),
             parts,
         }))
     })
@@ -170,8 +171,11 @@ fn any_plan() -> impl Strategy<Value = PlanMessage> {
     ];
     let ignore = prop::collection::vec([any_ranges(), any_ranges()], 0..3);
     let steps = prop::collection::vec(step, 0..8);
-    (ignore, steps, prop::collection::vec(any::<u32>(), 0..4))
-        .prop_map(|(ignore, steps, parts)| PlanMessage { plan: Plan { ignore, steps }, parts })
+    (ignore, steps, any::<u32>()).prop_map(|(ignore, steps, first)| {
+        let plan = Plan { ignore, steps };
+        let parts = (0..plan.part_count() as u32).map(|at| first.wrapping_add(at)).collect();
+        PlanMessage { plan, parts }
+    })
 }
 
 proptest! {
@@ -184,6 +188,12 @@ proptest! {
         let read = PlanMessage::parse(&bytes).unwrap();
         prop_assert_eq!(format!("{:?}", &read), format!("{:?}", &message));
         prop_assert_eq!(read.to_bytes(), bytes);
+    }
+
+    #[test]
+    fn a_plan_with_other_trees_than_it_needs_is_refused(mut message in any_plan()) {
+        message.parts.push(7);
+        prop_assert!(matches!(PlanMessage::parse(&message.to_bytes()), Err(WireError::Plan(_))));
     }
 
     #[test]

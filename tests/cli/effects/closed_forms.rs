@@ -105,7 +105,8 @@ fn a_box_in_a_box_is_inside_and_not_apart() {
         near(run.number("penetration_depth_m", 0), 0.3, 1e-10);
         near(run.number("penetration_depth_m", 2), 0.15, 1e-10);
         let clearance = run.numbers("clearance_m");
-        assert!(clearance[0].is_none() && clearance[2].is_none());
+        assert!(clearance[2].is_none(), "they touch");
+        near(clearance[0].unwrap(), 0.1, 1e-12);
         near(clearance[1].unwrap(), 1.4, 1e-12);
         assert_eq!(run.cells("motion"), ["", "apart", "in_contact"]);
     }
@@ -204,5 +205,24 @@ fn what_turns_hits_at_the_known_angle() {
             );
             near(run.number("impact_x_m", 0), 0.3 + reach * angle.cos(), 1e-4);
         }
+    }
+}
+
+/// Nothing touches, and yet they overlap: who asks for the volume or the way out gets both.
+#[test]
+fn a_box_in_a_box_has_a_volume_in_common_and_a_way_out_though_nobody_asks_for_containment() {
+    let place = Place::new();
+    let effects =
+        "[effects]\nvolume = true\npenetration = { direction = [1.0, 0.0, 0.0] }\nclearance = true";
+    let poses = moved_to(&[[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [3.0, 0.0, 0.0]]);
+    for more in each_kind(effects) {
+        let run = Run::of(&place, &scene(&place, &cube(0.1), &poses, &more), &[]);
+        assert_eq!(run.cells("containment"), ["moving_in_fixed", "moving_in_fixed", "none"]);
+        for (scenario, depth, gap) in [(0, 0.6, 0.4), (1, 0.5, 0.3)] {
+            near(run.number("overlap_volume_m3", scenario), 0.008, 1e-12);
+            near(run.number("penetration_depth_m", scenario), depth, 1e-9);
+            near(run.number("clearance_m", scenario), gap, 1e-12);
+        }
+        assert_eq!(run.cells("overlap_volume_m3")[2], "");
     }
 }

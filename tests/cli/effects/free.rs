@@ -29,6 +29,7 @@ const TABLES: [(&str, &str); 4] = [
 /// What of others an effect needs.
 fn needs(effect: &str) -> &'static [&'static str] {
     match effect {
+        "penetration" | "volume" => &["containment"],
         "response" => &["motion"],
         "crush" => &["motion", "response"],
         _ => &[],

@@ -133,3 +133,91 @@ fn both_crushed_vehicles_take_the_energy_that_is_lost() {
     }
     assert_eq!(run.cells("fixed_crush_m")[2], "", "they pass each other");
 }
+
+/// Two cubes of 1 m, one at rest.
+fn cubes(place: &Place, poses: &[[f64; 3]], more: &str) -> String {
+    place.write("cube.obj", &cube(0.5));
+    place.write("p.csv", &moved_to(poses));
+    let body = "mesh = 'cube.obj'\nmass_kg = 500.0\ninertia_kg_m2 = [90.0, 90.0, 90.0]\n\
+                stiffness = { a_n_m = 1e4, b_n_m2 = 1e5 }";
+    let text = format!(
+        "version = 1\nscenarios.poses = 'p.csv'\n{more}\n[fixed]\n{body}\n[moving]\n{body}\n"
+    );
+    place.write("scene.toml", &text)
+}
+
+/// Whichever of the triangles that meet flat is found first.
+#[test]
+fn faces_that_meet_flat_push_in_the_middle_of_what_meets() {
+    let place = Place::new();
+    for kind in ["wide", "obb", "aabb"] {
+        let more = format!("tree.kind = '{kind}'\nmotion.duration_s = 1.0");
+        // Straight on; and half a face beside, so that the middle of what meets is at y = 0.25.
+        let scene = cubes(&place, &[[3.0, 0.0, 0.0], [3.0, 0.5, 0.0]], &more);
+        let scene = place.write(
+            "s.toml",
+            &(fs::read_to_string(scene).unwrap() + "velocity_m_s = [-10.0, 0.0, 0.0]\n"),
+        );
+        let run = Run::of(&place, &scene, &[]);
+        for axis in ["x", "y", "z"] {
+            near(run.number(&format!("moving_delta_spin_{axis}_rad_s"), 0), 0.0, 1e-9);
+        }
+        for (scenario, y) in [(0, 0.0), (1, 0.25)] {
+            let at = run.vector(["contact_x_m", "contact_y_m", "contact_z_m"], scenario);
+            near(at[0], 0.5, 1e-3);
+            near(at[1], y, 1e-9);
+            near(at[2], 0.0, 1e-9);
+        }
+        assert!(run.number("moving_delta_spin_z_rad_s", 1).abs() > 0.1);
+    }
+}
+
+#[test]
+fn bodies_that_overlap_and_drive_apart_have_no_impact() {
+    let place = Place::new();
+    let poses = [[0.95, 0.03, 0.02], [-0.95, 0.03, 0.02]];
+    let scene = cubes(&place, &poses, "");
+    let text = fs::read_to_string(scene).unwrap() + "velocity_m_s = [10.0, 0.0, 0.0]\n";
+    let run = Run::of(&place, &place.write("s.toml", &text), &[]);
+    assert_eq!(run.cells("impact")[0], "parting");
+    assert!(run.number("closing_speed_m_s", 0) < 0.0);
+    assert_ne!(run.cells("impact")[1], "parting");
+    assert!(run.number("closing_speed_m_s", 1) > 5.0);
+}
+
+/// The crash of the first scenario makes both shorter, so that what would touch after it does not.
+#[test]
+fn a_crash_deforms_what_comes_after_it() {
+    let place = Place::new();
+    let poses = [[2.0, 0.0, 0.0], [0.98, 0.0, 0.0], [0.98, 0.0, 0.0]];
+    let crush = "motion.duration_s = 1.0\n[effects.crush]\nwidth_m = 1.5\n";
+    let scene = |more: &str| {
+        let text = fs::read_to_string(cubes(&place, &poses, &format!("{crush}{more}"))).unwrap();
+        place.write("s.toml", &(text + "velocity_m_s = [-10.0, 0.0, 0.0]\n"))
+    };
+    let whole = Run::of(&place, &scene(""), &[]);
+    assert_eq!(whole.cells("colliding"), ["0", "1", "1"]);
+    for workers in ["1", "2"] {
+        let out = place.text("deformed");
+        let scene = scene("deform_after = 0\n");
+        let output = place.run(&["run", &scene, "--out", &out, "--workers", workers]);
+        assert!(output.status.success(), "{}", stderr(&output));
+        let rows = fs::read_to_string(place.path("deformed/scenarios.csv")).unwrap();
+        let colliding: Vec<_> = rows.lines().skip(1).map(|row| row.split(',').nth(1)).collect();
+        assert_eq!(colliding, [Some("0"); 3]);
+        let depths =
+            [0, 1].map(|side: usize| whole.number(["fixed_crush_m", "moving_crush_m"][side], 0));
+        for (name, depth) in [("fixed", depths[0]), ("moving", depths[1])] {
+            let path = place.text(&format!("deformed/{name}_deformed.ply"));
+            let source: bumper::mesh::MeshSource = path.parse().unwrap();
+            let mesh = source.load().unwrap();
+            let along = mesh.vertices().iter().map(|v| v[0]);
+            let (low, high) = along.fold((1.0_f64, -1.0_f64), |(a, b), x| (a.min(x), b.max(x)));
+            near(high - low, 1.0 - depth, 1e-9);
+        }
+    }
+    let out = place.text("beyond");
+    let output = place.run(&["run", &scene("deform_after = 3\n"), "--out", &out]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("effects.crush.deform_after"), "{}", stderr(&output));
+}

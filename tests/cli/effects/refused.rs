@@ -125,7 +125,7 @@ fn values_that_cannot_be_are_refused_with_their_line_and_key() {
             "motion = { duration_s = 1.0, resolution_s = -1.0 }",
             "bad.toml:3: `motion.resolution_s`",
         ),
-        (DURATION, "motion = { duration_s = 1.0, resolution_s = 1e-9 }", "below a millionth"),
+        (DURATION, "motion = { duration_s = 1.0, resolution_s = 1e-9 }", "below a ten-thousandth"),
         (PART, "triangles = [[3, 2]]", "bad.toml:14: `moving.parts.triangles`: [3, 2] is no range"),
         (PART, "triangles = []", "bad.toml:14: `moving.parts.triangles`: there is no range"),
         (PART, "triangles = [[0, 2], [2, 4]]", "bad.toml:14: `moving.parts.triangles`: [2, 4] has"),

@@ -141,7 +141,7 @@ fn contacts_come_with_their_segments_and_curves() {
 fn near_misses_have_a_distance_and_all_pairs_within_the_margin() {
     let run = run("near_misses", &["--fixed", SMALL_TRACKED, "--moving", SMALL_CAR]);
     says(&run, &[PAIRS, CLEARANCE], &["near_pairs"]);
-    let mut near = vec![0; 40];
+    let mut near = [0; 40];
     for row in run.table("near_pairs") {
         assert!(row["distance_m"] <= 0.05 && row["distance_m"] > 0.0, "{row:?}");
         near[row["scenario"] as usize] += 1;
