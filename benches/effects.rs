@@ -125,6 +125,9 @@ impl Setup {
         let options = EngineOptions {
             workers: Some(WorkerCount::new(1)?),
             transport: Transport::Threads,
+            // One batch, so that the master sleeps while the worker computes: what they cost each
+            // other is for `bumper bench engine`.
+            buffer_scenarios: NonZeroU32::new(self.poses.len() as u32).expect("there are some"),
             ..EngineOptions::default()
         };
         let mut engine = start(options, std::env::current_exe()?)?;
