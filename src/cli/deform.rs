@@ -10,7 +10,6 @@ use super::prepare::{self, Both, Tree};
 use super::run::Job;
 use super::terminal;
 use crate::effects::crush::{CrushOptions, Impression};
-use crate::effects::layout::Layout;
 use crate::effects::{Plan, Step};
 use crate::geometry::Pose;
 use crate::mesh::{TriangleMesh, deform, write_ply};
@@ -42,8 +41,7 @@ impl Crash<'_> {
     ) -> anyhow::Result<EngineReport> {
         let crash = self.scenario as usize;
         let (before, after) = job.poses.split_at(job.poses.len().min(crash + 1));
-        let layout = self.plan.layout();
-        let mut watch = Watch { sink, layout: &layout, scenario: self.scenario, seen: None };
+        let mut watch = Watch { sink, scenario: self.scenario, seen: None };
         let report = Job { poses: before, ..*job }.run(engine, trees, &mut watch)?;
         let seen = watch.seen;
         if report.interrupted {
@@ -142,7 +140,6 @@ fn numbered_on(error: EngineError, first: u32) -> EngineError {
 /// Sees what is said of one scenario.
 struct Watch<'a> {
     sink: &'a mut dyn ResultSink,
-    layout: &'a Layout,
     scenario: u32,
     seen: Option<Impression>,
 }
@@ -150,8 +147,7 @@ struct Watch<'a> {
 impl ResultSink for Watch<'_> {
     fn accept(&mut self, result: ScenarioResult<'_>) -> io::Result<()> {
         if result.scenario == self.scenario {
-            let said = self.layout.read(result.effects).expect("checked as it came");
-            self.seen = Impression::read(&said);
+            self.seen = Impression::read(&result.effects);
         }
         self.sink.accept(result)
     }

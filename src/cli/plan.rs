@@ -1,7 +1,6 @@
 //! `bumper plan`: what a scene calls for, and what that is likely to cost.
 
 use std::fmt::Write as _;
-use std::num::NonZeroU32;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -18,7 +17,7 @@ use crate::effects::contacts;
 use crate::effects::layout::{Layout, StepCost};
 use crate::effects::{DESCRIPTIONS, Description, Effects, PairsAsked, Plan, Question};
 use crate::geometry::Pose;
-use crate::scene::{Scenarios, Scene};
+use crate::scene::Scene;
 use crate::tree::descent::{Descent, DescentError, Pair};
 use crate::tree::{Accuracy, BuildOptions, TreeImage};
 
@@ -50,7 +49,7 @@ struct PlannedStep {
 
 pub(super) fn plan(args: &PlanArgs) -> Result<(), Failure> {
     let interrupt = interrupt::on_ctrl_c().context("cannot listen to Ctrl-C")?;
-    let mut scene = scene_of(&args.scene)?;
+    let scene = scene_of(&args.scene)?;
     check_effects(&scene)?;
     if let Accuracy::BoxesAt(_) = scene.accuracy {
         return Err(Failure::usage(anyhow!(
@@ -59,8 +58,8 @@ pub(super) fn plan(args: &PlanArgs) -> Result<(), Failure> {
             scene.accuracy
         )));
     }
-    let scenarios = take_sample(&mut scene, args.sample)?;
     let poses = Poses::of(&scene.scenarios)?;
+    let (scenarios, poses) = (poses.len(), poses.at_most(args.sample));
     let meshes = prepare::load(&scene)?;
     let plan = scene.effects.plan([meshes.fixed(), meshes.moving()]).map_err(Failure::usage)?;
     interrupt::check(&interrupt)?;
@@ -69,9 +68,11 @@ pub(super) fn plan(args: &PlanArgs) -> Result<(), Failure> {
     let parts = prepare::build_parts(&plan, &meshes, options);
     let poses = poses.place(&meshes, &trees, &interrupt)?;
     interrupt::check(&interrupt)?;
-    let sample = Sample { scene: &scene, plan: &plan, trees: &trees, parts: &parts };
+    let layout = plan.layout();
+    let sample =
+        Sample { scene: &scene, plan: &plan, layout: &layout, trees: &trees, parts: &parts };
     let costs = sample.measure(&poses).context("cannot measure a sample")?;
-    let report = report(&scene, &plan.layout(), scenarios, &costs);
+    let report = report(&scene, &layout, scenarios, &costs);
     let text = if args.json {
         serde_json::to_string_pretty(&report).expect("string keys and plain values") + "\n"
     } else {
@@ -80,29 +81,13 @@ pub(super) fn plan(args: &PlanArgs) -> Result<(), Failure> {
     Ok(terminal::print(&text).context("cannot print the plan")?)
 }
 
-/// Makes the scenarios those that are measured; how many there are in all.
-fn take_sample(scene: &mut Scene, most: NonZeroU32) -> Result<usize, Failure> {
-    Ok(match &mut scene.scenarios {
-        Scenarios::Random(random) => {
-            let all = random.count;
-            random.count = all.min(most);
-            all.get() as usize
-        }
-        Scenarios::Poses { file, first } => {
-            let all = crate::scene::read_poses(file, *first)?.len();
-            let all = NonZeroU32::new(all as u32).expect("a file without poses is refused");
-            *first = Some(all.min(most));
-            all.get() as usize
-        }
-    })
-}
-
 /// Costs of one scenario: of the pairs, and of the plan's steps.
 type Costs = (u64, Vec<StepCost>);
 
 struct Sample<'a> {
     scene: &'a Scene,
     plan: &'a Plan,
+    layout: &'a Layout,
     trees: &'a Both<Tree>,
     parts: &'a [Arc<TreeImage>],
 }
@@ -139,8 +124,7 @@ impl Sample<'_> {
         let mut words = Vec::new();
         let question = Question { trees, parts: &parts, pose: *pose, pairs, descent };
         effects.run(question, touching, &mut words)?;
-        let said = self.plan.layout();
-        let said = said.read(&words).expect("written by the same layout");
+        let said = self.layout.read(&words).expect("written by the same layout");
         Ok((pairs_ns, said.costs().collect()))
     }
 }

@@ -1,5 +1,6 @@
 //! What a run needs before its workers start: meshes, trees, poses.
 
+use std::num::NonZeroU32;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -120,18 +121,18 @@ fn build_one(mesh: &TriangleMesh, options: BuildOptions, cache_dir: Option<&Path
 }
 
 /// Where the poses come from.
-pub(super) enum Poses<'a> {
+pub(super) enum Poses {
     Given(Vec<Pose>),
-    Random(&'a RandomScenarios),
+    Random(RandomScenarios),
 }
 
-impl<'a> Poses<'a> {
+impl Poses {
     /// Reads those of a file, which may be wrong; random ones are made when meshes and trees are
     /// there.
-    pub(super) fn of(scenarios: &'a Scenarios) -> Result<Self, Failure> {
+    pub(super) fn of(scenarios: &Scenarios) -> Result<Self, Failure> {
         Ok(match scenarios {
             Scenarios::Poses { file, first } => Self::Given(read_poses(file, *first)?),
-            Scenarios::Random(random) => Self::Random(random),
+            Scenarios::Random(random) => Self::Random(*random),
         })
     }
 
@@ -139,6 +140,19 @@ impl<'a> Poses<'a> {
         match self {
             Self::Given(poses) => poses.len(),
             Self::Random(random) => random.count.get() as usize,
+        }
+    }
+
+    /// No more than so many, from the first.
+    pub(super) fn at_most(self, most: NonZeroU32) -> Self {
+        match self {
+            Self::Given(mut poses) => {
+                poses.truncate(most.get() as usize);
+                Self::Given(poses)
+            }
+            Self::Random(random) => {
+                Self::Random(RandomScenarios { count: random.count.min(most), ..random })
+            }
         }
     }
 
@@ -150,7 +164,7 @@ impl<'a> Poses<'a> {
     ) -> Result<Vec<Pose>, Failure> {
         match self {
             Self::Given(poses) => Ok(poses),
-            Self::Random(random) => place_at_random(random, meshes, trees, interrupt),
+            Self::Random(random) => place_at_random(&random, meshes, trees, interrupt),
         }
     }
 }

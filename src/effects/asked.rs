@@ -11,7 +11,7 @@ use super::{Plan, Ranges, Step};
 use crate::geometry::Pose;
 use crate::geometry::motion::{Horizon, Motion, PartMotion, Trajectory};
 use crate::mesh::TriangleMesh;
-use crate::mesh::closed::Shells;
+use crate::mesh::closed::{Part, Shells};
 use crate::tree::advance::{Resolution, Tolerance};
 
 /// What a scene asks for, each value checked by itself.
@@ -183,17 +183,15 @@ impl Asked {
 
     fn motion(&self, meshes: [&TriangleMesh; 2]) -> Result<Option<MotionOptions>, Unplannable> {
         let Some(MotionAsked { horizon, tolerance, resolution }) = self.motion else {
-            let moves = |body: &BodyAsked| !body.parts.is_empty() || body.has_velocity();
-            let unused = |body: &&BodyAsked| {
-                !body.parts.is_empty() || !self.calls_for_response() && moves(body)
+            // An impact needs velocities without a motion as well.
+            let needs_motion = |body: &BodyAsked| {
+                !body.parts.is_empty() || body.has_velocity() && !self.calls_for_response()
             };
-            return match self.bodies.iter().find(unused) {
-                Some(_) => {
-                    let reason = "is missing: something moves, and nothing says how long";
-                    Err(Unplannable::new("motion.duration_s", reason))
-                }
-                None => Ok(None),
-            };
+            if self.bodies.iter().any(needs_motion) {
+                let reason = "is missing: something moves, and nothing says how long";
+                return Err(Unplannable::new("motion.duration_s", reason));
+            }
+            return Ok(None);
         };
         if !self.bodies.iter().any(BodyAsked::moves) {
             let reason = "nothing moves: give `moving.velocity_m_s`, or another velocity";
@@ -303,11 +301,9 @@ impl Asked {
             return Ok(false);
         }
         let shells = meshes.map(|mesh| Shells::of(mesh.vertices(), mesh.faces().iter().copied()));
-        let has = |shells: &Shells, is: fn(&crate::mesh::closed::Part) -> bool| {
-            shells.parts().iter().any(is)
-        };
         let edges = shells.each_ref().map(Shells::open_edges);
-        if self.containment && !shells.iter().any(|s| has(s, |part| part.is_closed())) {
+        let is_any_closed = shells.iter().flat_map(Shells::parts).any(Part::is_closed);
+        if self.containment && !is_any_closed {
             let reason = format!(
                 "neither mesh has a closed part that something could be inside: the fixed one has \
                  {} open edges, the moving one {}",
@@ -315,8 +311,7 @@ impl Asked {
             );
             return Err(Unplannable::new("effects.containment", reason));
         }
-        let open = shells.iter().position(|s| !has(s, |part| part.is_solid()));
-        let is_any_closed = || shells.iter().any(|s| has(s, |part| part.is_closed()));
+        let open = shells.iter().position(|shells| !shells.parts().iter().any(Part::is_solid));
         match open.filter(|_| self.volume) {
             Some(side) => {
                 let reason = format!(
@@ -326,7 +321,7 @@ impl Asked {
                 );
                 Err(Unplannable::new("effects.volume", reason))
             }
-            None => Ok(is_any_closed()),
+            None => Ok(is_any_closed),
         }
     }
 }

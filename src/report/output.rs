@@ -126,7 +126,7 @@ pub struct ResultFiles {
 impl ResultFiles {
     /// In scenario order. After a failure, `scenarios.csv` holds all results before it.
     pub fn write(&mut self, result: &ScenarioResult<'_>) -> Result<(), OutputError> {
-        let said = self.outputs.layout.read(result.effects).expect("checked as it came");
+        let said = result.effects;
         let written = self.scenarios.write(result, said.columns());
         written.map_err(|source| self.incomplete(SCENARIOS, source))?;
         let mut tables = self.tables.iter_mut();
@@ -231,7 +231,7 @@ mod tests {
         let outputs = Outputs { contacts: true, ..Outputs::default() };
         let mut files = OutputDir::prepare(place.path()).unwrap().start(outputs).unwrap();
         files.tables[0].1 = TableFile::create(Path::new("/dev/full"), &CONTACTS).unwrap();
-        let pairs = [[1, 2]];
+        let (pairs, nothing) = ([[1, 2]], Layout::default());
         let result = ScenarioResult {
             scenario: 0,
             pair_count: 1,
@@ -240,7 +240,7 @@ mod tests {
             cost: None,
             worker: 0,
             pairs: &pairs,
-            effects: &[],
+            effects: nothing.read(&[]).unwrap(),
         };
         files.write(&result).unwrap();
         let refused = files.finish_tables().unwrap_err().to_string();

@@ -6,7 +6,7 @@ use serde::Deserialize;
 
 use super::SceneError;
 use super::file::{Source, Spanned};
-use crate::effects::crush::{Stiffness, StiffnessError};
+use crate::effects::crush::{Stiffness, StiffnessError, StiffnessValues};
 use crate::effects::motion::{Axes, BodyMotion};
 use crate::effects::response::{Inertia, InertiaError};
 use crate::effects::{BodyAsked, Ranges};
@@ -28,7 +28,7 @@ pub(super) struct BodyFile {
     spin_rad_s: Option<Spanned<Point>>,
     spin_acceleration_rad_s2: Option<Spanned<Point>>,
     axes: Option<Axes>,
-    stiffness: Option<Spanned<StiffnessFile>>,
+    stiffness: Option<Spanned<StiffnessValues>>,
     #[serde(default)]
     parts: Vec<PartFile>,
 }
@@ -39,13 +39,6 @@ pub(super) struct BodyFile {
 enum InertiaFile {
     Moments(Point),
     Tensor([Point; 3]),
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct StiffnessFile {
-    a_n_m: f64,
-    b_n_m2: f64,
 }
 
 #[derive(Deserialize)]
@@ -130,7 +123,7 @@ impl Source<'_> {
 
     fn stiffness(&self, body: &str, file: &BodyFile) -> Result<Option<Stiffness>, SceneError> {
         let Some(given) = &file.stiffness else { return Ok(None) };
-        let StiffnessFile { a_n_m, b_n_m2 } = *given.get_ref();
+        let StiffnessValues { a_n_m, b_n_m2 } = *given.get_ref();
         Stiffness::new(a_n_m, b_n_m2).map(Some).map_err(|error| {
             let key = match error {
                 StiffnessError::B(_) => "b_n_m2",

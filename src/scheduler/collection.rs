@@ -140,6 +140,11 @@ impl Collection {
         self.order.pop()
     }
 
+    /// By which what effects say is laid out.
+    pub fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
     pub fn delivered(&self) -> u32 {
         self.order.delivered()
     }

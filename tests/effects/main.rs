@@ -6,5 +6,7 @@ mod deform;
 mod motion;
 #[path = "../oracle/mod.rs"]
 mod oracle;
+#[path = "../random/mod.rs"]
+mod random;
 mod refit;
 mod solids;

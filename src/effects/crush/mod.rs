@@ -15,7 +15,7 @@ mod struck;
 pub use deformation::Impression;
 pub use effect::{CrushEffect, CrushOptions};
 pub use profile::{Profile, ProfileError};
-pub use stiffness::{Stiffness, StiffnessError};
+pub use stiffness::{Stiffness, StiffnessError, StiffnessValues};
 pub use struck::{Struck, StruckError};
 
 use super::response::{Body, Impact};

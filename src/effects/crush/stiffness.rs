@@ -2,18 +2,18 @@
 
 /// CRASH3's coefficients of a side of a vehicle: the force per width is A + B C at the crush C.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-#[serde(try_from = "Coefficients")]
+#[serde(try_from = "StiffnessValues")]
 pub struct Stiffness {
     a_n_m: f64,
     b_n_m2: f64,
 }
 
-/// What a scene gives, before it is known to be a stiffness.
-#[derive(serde::Deserialize)]
+/// Parameters of a [`Stiffness`], as they come from outside.
+#[derive(Clone, Copy, Debug, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Coefficients {
-    a_n_m: f64,
-    b_n_m2: f64,
+pub struct StiffnessValues {
+    pub a_n_m: f64,
+    pub b_n_m2: f64,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -26,10 +26,10 @@ pub enum StiffnessError {
     Test { quantity: &'static str, value: f64, wanted: &'static str },
 }
 
-impl TryFrom<Coefficients> for Stiffness {
+impl TryFrom<StiffnessValues> for Stiffness {
     type Error = StiffnessError;
 
-    fn try_from(given: Coefficients) -> Result<Self, StiffnessError> {
+    fn try_from(given: StiffnessValues) -> Result<Self, StiffnessError> {
         Self::new(given.a_n_m, given.b_n_m2)
     }
 }

@@ -13,6 +13,7 @@ use std::io;
 use super::collection::BadReply;
 pub use super::engine_report::{EngineReport, WorkerReport};
 use crate::effects::Plan;
+use crate::effects::layout::Sayings;
 use crate::geometry::Pose;
 use crate::transport::{TransportError, WorkerId};
 use crate::tree::descent::Pair;
@@ -53,8 +54,8 @@ pub struct ScenarioResult<'a> {
     pub worker: u32,
     /// Sorted, as many as [`Wanted::pairs`].
     pub pairs: &'a [Pair],
-    /// With effects, as the plan's layout has them, which has been checked.
-    pub effects: &'a [u64],
+    /// What the effects of the plan say.
+    pub effects: Sayings<'a>,
 }
 
 /// Where results go, in scenario order, as they come.

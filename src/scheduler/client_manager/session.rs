@@ -269,6 +269,8 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
                     let report = &mut self.report.workers[client];
                     report.scenarios += 1;
                     report.compute_s += Duration::from_nanos(record.compute_ns).as_secs_f64();
+                    let layout = self.collection.layout();
+                    let effects = layout.read(&effects).expect("checked as it came");
                     let result = ScenarioResult {
                         scenario,
                         pair_count: record.pair_count,
@@ -277,7 +279,7 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
                         cost,
                         worker: client as u32,
                         pairs: &pairs,
-                        effects: &effects,
+                        effects,
                     };
                     sink.accept(result).map_err(EngineError::Sink)?;
                     self.report.completed += 1;

@@ -10,35 +10,10 @@ use bumper::mesh::{MeshSource, TriangleMesh};
 use bumper::tree::descent::{Descent, DescentError};
 use bumper::tree::nearest::{Clearance, Clearest, Near, Tolerance};
 use bumper::tree::{BuildOptions, TreeImage, TreeKind, build};
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{Rng, SeedableRng};
 
-struct Random(ChaCha8Rng);
+use super::random::Random;
 
 impl Random {
-    fn new(seed: u64) -> Self {
-        Self(ChaCha8Rng::seed_from_u64(seed))
-    }
-
-    /// In [-1, 1).
-    fn number(&mut self) -> f64 {
-        (self.0.next_u64() >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
-
-    fn below(&mut self, n: u32) -> u32 {
-        self.0.next_u32() % n
-    }
-
-    fn point(&mut self) -> Point {
-        [(); 3].map(|()| self.number())
-    }
-
-    fn pose(&mut self, away: f64) -> Pose {
-        let q = [(); 4].map(|()| self.number());
-        let length = q.iter().map(|c| c * c).sum::<f64>().sqrt();
-        Pose::from_quaternion(q.map(|c| c / length), self.point().map(|c| away * c))
-    }
-
     /// Triangles of different sizes, some of them thin, segments or points.
     fn soup(&mut self, count: usize) -> Vec<Triangle> {
         let triangle = |random: &mut Self| {
@@ -56,12 +31,6 @@ impl Random {
             triangle
         };
         (0..count).map(|_| triangle(self)).collect()
-    }
-
-    /// Corners on a coarse grid: many pairs at equal distances, and many that touch.
-    fn on_grid(&mut self, count: usize) -> Vec<Triangle> {
-        let corner = |random: &mut Self| [(); 3].map(|()| f64::from(random.below(4)) * 0.25);
-        (0..count).map(|_| [(); 3].map(|()| corner(self))).collect()
     }
 }
 
@@ -152,7 +121,7 @@ fn random_meshes_have_the_distance_of_their_nearest_triangles() {
 fn of_pairs_at_equal_distances_the_first_is_reported() {
     let mut random = Random::new(2);
     for (size, away) in [(9, 0.0), (20, 0.0), (20, 1.25), (40, 1.0), (40, 3.0)] {
-        let (a, b) = (mesh(&random.on_grid(size)), mesh(&random.on_grid(size)));
+        let (a, b) = (mesh(&random.on_grid(size, 4)), mesh(&random.on_grid(size, 4)));
         let pose = Pose { translation: [away, 0.0, 0.0], ..Pose::IDENTITY };
         let nearest = assert_like_every_pair([&a, &b], &pose);
         assert_eq!(nearest.distance_m == 0.0, away < 0.76, "{nearest:?}");
@@ -210,7 +179,7 @@ fn distance_is_nothing_iff_a_pair_meets() {
     let (mut clearance, mut descent) = (Clearance::default(), Descent::default());
     let mut met = 0;
     for _ in 0..60 {
-        let meshes = [mesh(&random.soup(12)), mesh(&random.on_grid(12))];
+        let meshes = [mesh(&random.soup(12)), mesh(&random.on_grid(12, 4))];
         let pose = random.pose(1.0);
         let images = images(meshes.each_ref(), TreeKind::Wide);
         let [a, b] = images.each_ref().map(TreeImage::view);
