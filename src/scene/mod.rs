@@ -11,7 +11,8 @@ mod switch;
 mod values;
 
 pub use engine::{
-    Compression, EngineOptions, MatchRule, NothingSent, Slowdown, StartFrom, Transport,
+    Compression, EngineOptions, MatchRule, NothingSent, Slowdown, StartFrom, SubtreesFrom,
+    Transport,
 };
 pub use error::{PosesError, SceneError};
 pub use file::DEFAULT_SCENE;
