@@ -30,6 +30,7 @@ const BACKENDS: &[(&str, &str)] = &[
     ("iceoryx2", "src/transport/shared_memory"),
     ("parquet", "src/report/parquet.rs"),
     ("memmap2", "src/tree/subtree/pages.rs"),
+    ("lz4_flex", "src/tree/subtree/compressed.rs"),
     ("indicatif", "src/cli"),
     ("clap", "src/cli"),
     ("anyhow", "src/cli"),

@@ -11,8 +11,8 @@ use super::effects::{EffectsFile, MotionFile};
 use super::random::RandomScenarios;
 use super::values::{buffer_kilobytes, buffer_scenarios, patience, positive, restarts};
 use super::{
-    Body, Distribution, EngineOptions, MatchRule, Penetration, Scenarios, Scene, SceneError,
-    Slowdown, StartFrom, Transport, WorkerCount,
+    Body, Compression, Distribution, EngineOptions, MatchRule, Penetration, Scenarios, Scene,
+    SceneError, Slowdown, StartFrom, Transport, WorkerCount,
 };
 use crate::geometry::Point;
 use crate::mesh::MeshSource;
@@ -78,6 +78,7 @@ struct EngineFile {
     #[serde(default)]
     buffer: BufferFile,
     start_from: Option<StartFrom>,
+    compress: Option<Compression>,
     restarts: Option<Spanned<i64>>,
     patience_s: Option<Spanned<f64>>,
     #[serde(default)]
@@ -255,6 +256,7 @@ impl Source<'_> {
                 |n| buffer_kilobytes(n).map(Some),
             )?,
             start_from: file.start_from,
+            compress: file.compress.unwrap_or(default.compress),
             restarts: self.checked(
                 file.restarts.as_ref(),
                 "engine.restarts",

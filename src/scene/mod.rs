@@ -11,7 +11,9 @@ mod switch;
 mod values;
 mod written;
 
-pub use engine::{EngineOptions, MatchRule, Slowdown, StartFrom, Transport};
+pub use engine::{
+    Compression, EngineOptions, MatchRule, NothingSent, Slowdown, StartFrom, Transport,
+};
 pub use error::{PosesError, SceneError};
 pub use file::DEFAULT_SCENE;
 pub use poses::read_poses;
