@@ -36,7 +36,6 @@ const BACKENDS: &[(&str, &str)] = &[
     ("anyhow", "src/cli"),
     ("signal_hook", "src/cli/interrupt.rs"),
     ("rand_chacha", "src/scene/random/draw.rs"),
-    ("toml", "src/scene/file.rs"),
     ("strsim", "src/scene/file.rs"),
     ("flate2", "src/mesh/gzip.rs"),
     ("base64", "src/mesh/gltf"),

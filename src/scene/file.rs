@@ -57,6 +57,7 @@ struct TreeFile {
 struct ScenariosFile {
     random: Option<RandomFile>,
     poses: Option<PathBuf>,
+    first: Option<Spanned<i64>>,
 }
 
 #[derive(Deserialize)]
@@ -124,6 +125,7 @@ impl Scene {
                 file.motion.as_ref(),
                 [&file.fixed, &file.moving],
             )?,
+            file: toml::from_str(text).expect("it was read before"),
         })
     }
 }
@@ -187,10 +189,19 @@ impl Source<'_> {
     }
 
     fn scenarios(&self, file: &Spanned<ScenariosFile>) -> Result<Scenarios, SceneError> {
-        match (&file.get_ref().random, &file.get_ref().poses) {
-            (Some(random), None) => Ok(Scenarios::Random(self.random(random)?)),
+        let ScenariosFile { random, poses, first } = file.get_ref();
+        match (random, poses) {
+            (Some(random), None) => match first {
+                None => Ok(Scenarios::Random(self.random(random)?)),
+                Some(first) => {
+                    let reason = "is of `poses`: random scenarios have a `count`";
+                    Err(self.wrong(first, "scenarios.first", reason))
+                }
+            },
             (None, Some(poses)) => {
-                Ok(Scenarios::Poses { file: self.folder.join(poses), first: None })
+                let count = |n| positive(n, "a number of rows", i64::from(u32::MAX)).map(Some);
+                let first = self.checked(first.as_ref(), "scenarios.first", None, count)?;
+                Ok(Scenarios::Poses { file: self.folder.join(poses), first })
             }
             (None, None) => {
                 let reason = "says nothing: write `random = { count = 100 }` or `poses = \"FILE\"`";
