@@ -117,6 +117,12 @@ pub(super) struct RunArgs {
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
 
+    /// Go on with the run that writes to this directory and was killed or interrupted. What is
+    /// answered is kept; its scene is taken, and must be the same where it is given again, but for
+    /// the options of the engine
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "contacts", "stats"])]
+    pub resume: Option<PathBuf>,
+
     /// Write the touching triangles themselves too, as contacts.parquet
     #[arg(long, requires = "out")]
     pub contacts: bool,

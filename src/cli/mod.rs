@@ -13,6 +13,7 @@ mod interrupt;
 mod mesh_info;
 mod plan;
 mod prepare;
+mod renumber;
 mod request;
 mod run;
 mod summary_text;

@@ -3,6 +3,8 @@
 pub mod accuracy_plot;
 mod cost_fit;
 pub mod figure;
+mod identity;
+mod journal;
 mod machine;
 mod output;
 mod parquet;
@@ -12,8 +14,10 @@ mod tally;
 mod tree_costs;
 
 pub use cost_fit::CostFit;
+pub use identity::RunIdentity;
 pub use machine::Machine;
 pub use output::{DEFORMED, OutputDir, OutputError, Outputs, ResultFiles, SCENE};
+pub use scenarios_csv::Earlier;
 pub use summary::{MeshSummary, SceneSummary, Summary, Times, Versions};
 pub use tally::{ComputeTimes, EffectSummary, Tally};
 pub use tree_costs::TreeCosts;

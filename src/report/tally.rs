@@ -1,5 +1,6 @@
 //! Running totals of results.
 
+use super::Earlier;
 use crate::effects::layout::Layout;
 use crate::scheduler::client_manager::ScenarioResult;
 
@@ -7,6 +8,8 @@ use crate::scheduler::client_manager::ScenarioResult;
 pub struct Tally {
     pub colliding: u32,
     pub pairs: u64,
+    /// Scenarios that an earlier run answered, of which nothing else is known.
+    earlier: u32,
     /// Nanoseconds, one entry a scenario.
     compute_ns: Vec<u64>,
     layout: Layout,
@@ -60,6 +63,17 @@ impl Tally {
         let steps = self.layout.steps.iter().zip(&self.steps);
         let others = steps.map(|(step, &sums)| summary(step.name, sums, step.work_unit));
         [first].into_iter().chain(others).collect()
+    }
+
+    /// What a run had answered before this one goes on with it.
+    pub fn add_earlier(&mut self, earlier: Earlier) {
+        self.earlier += earlier.scenarios;
+        self.colliding += earlier.colliding;
+        self.pairs += earlier.pairs;
+    }
+
+    pub fn earlier(&self) -> u32 {
+        self.earlier
     }
 
     pub fn add(&mut self, result: &ScenarioResult<'_>) {

@@ -9,6 +9,7 @@ mod effects;
 mod interrupt;
 mod plan;
 mod results;
+mod resume;
 mod stats;
 
 use std::collections::BTreeMap;
