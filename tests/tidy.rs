@@ -39,10 +39,8 @@ const BACKENDS: &[(&str, &str)] = &[
     ("strsim", "src/scene/file.rs"),
     ("flate2", "src/mesh/gzip.rs"),
     ("base64", "src/mesh/gltf"),
+    ("getrandom", "src/transport/peer.rs"),
 ];
-
-/// Dependencies that are there for features which others then have; the manifest says why.
-const FEATURES_ONLY: &[&str] = &["getrandom"];
 
 const LONGEST_FILE: usize = 450;
 
@@ -175,8 +173,7 @@ fn every_dependency_is_used() {
     let code: String = library().iter().map(|(_, text)| code(text)).collect();
     for krate in manifest["dependencies"].as_table().unwrap().keys() {
         let krate = krate.replace('-', "_");
-        let is_used = names(&krate, &code) || FEATURES_ONLY.contains(&&*krate);
-        assert!(is_used, "{krate} is a dependency that nothing uses");
+        assert!(names(&krate, &code), "{krate} is a dependency that nothing uses");
     }
 }
 

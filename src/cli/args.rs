@@ -11,7 +11,8 @@ use clap::{Args, Parser, Subcommand};
 
 use crate::mesh::MeshSource;
 use crate::scene::{
-    self, Compression, Distribution, MatchRule, Slowdown, StartFrom, Transport, WorkerCount,
+    self, Compression, Distribution, MatchRule, Slowdown, StartFrom, SubtreesFrom, Transport,
+    WorkerCount,
 };
 use crate::transport::WakeUp;
 use crate::tree::Accuracy;
@@ -211,6 +212,11 @@ pub(super) struct EngineArgs {
     /// What is done to subtrees before they are sent, over pipes or sockets
     #[arg(long, value_parser = one_of(Compression::ALL.map(|c| (c.name(), c))))]
     pub compress: Option<Compression>,
+
+    /// From whom a worker gets a subtree that it lacks, over pipes or sockets: from the master, or from
+    /// a worker that has it
+    #[arg(long, value_parser = one_of(SubtreesFrom::ALL.map(|s| (s.name(), s))))]
+    pub subtrees_from: Option<SubtreesFrom>,
 
     /// How often another worker is started in the place of one that died
     #[arg(long, value_name = "N", value_parser = restarts)]

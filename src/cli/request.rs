@@ -200,6 +200,7 @@ fn override_engine(engine: &mut EngineOptions, args: &EngineArgs) {
     engine.buffer_kilobytes = args.buffer_kilobytes.or(engine.buffer_kilobytes);
     engine.start_from = args.start_from.or(engine.start_from);
     engine.compress = args.compress.unwrap_or(engine.compress);
+    engine.subtrees_from = args.subtrees_from.unwrap_or(engine.subtrees_from);
     engine.restarts = args.restarts.unwrap_or(engine.restarts);
     engine.patience = args.patience.unwrap_or(engine.patience);
     if let Some(slowdowns) = &args.slowdowns {

@@ -12,7 +12,7 @@ use super::random::RandomScenarios;
 use super::values::{buffer_kilobytes, buffer_scenarios, patience, positive, restarts};
 use super::{
     Body, Compression, Distribution, EngineOptions, MatchRule, Penetration, Scenarios, Scene,
-    SceneError, Slowdown, StartFrom, Transport, WorkerCount,
+    SceneError, Slowdown, StartFrom, SubtreesFrom, Transport, WorkerCount,
 };
 use crate::geometry::Point;
 use crate::mesh::MeshSource;
@@ -79,6 +79,7 @@ struct EngineFile {
     buffer: BufferFile,
     start_from: Option<StartFrom>,
     compress: Option<Compression>,
+    subtrees_from: Option<SubtreesFrom>,
     restarts: Option<Spanned<i64>>,
     patience_s: Option<Spanned<f64>>,
     #[serde(default)]
@@ -257,6 +258,7 @@ impl Source<'_> {
             )?,
             start_from: file.start_from,
             compress: file.compress.unwrap_or(default.compress),
+            subtrees_from: file.subtrees_from.unwrap_or(default.subtrees_from),
             restarts: self.checked(
                 file.restarts.as_ref(),
                 "engine.restarts",
