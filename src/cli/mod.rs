@@ -13,6 +13,7 @@ mod interrupt;
 mod mesh_info;
 mod plan;
 mod prepare;
+mod report;
 mod request;
 mod run;
 mod summary_text;
@@ -38,6 +39,7 @@ pub fn main() -> ExitCode {
         Verb::Bench(BenchVerb::Engine(args)) => {
             terminal::log_to_stderr().and_then(|()| bench::engine(*args))
         }
+        Verb::Report(args) => report::run(&args),
         Verb::Check(args) => check::run(&args),
         Verb::Clean(args) => clean::run(&args),
     };
