@@ -41,6 +41,8 @@ pub(super) enum Verb {
     /// Measure transports and engines
     #[command(subcommand)]
     Bench(BenchVerb),
+    /// Make one page to read of the outputs of run, bench, accuracy, experiment and cluster
+    Report(ReportArgs),
     /// Answer hard cases in every way there is, and count wrong answers
     Check(CheckArgs),
     /// Remove what killed runs of yours left; living ones are not touched
@@ -296,6 +298,10 @@ pub(super) struct BenchTransportArgs {
     #[arg(long, default_value_t = 0.3, value_parser = seconds)]
     pub seconds: f64,
 
+    /// Directory for bench_transport.json and its figures; files of these names are replaced
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+
     /// Draw the one-way times
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
@@ -326,6 +332,10 @@ pub(super) struct BenchEngineArgs {
     #[arg(long, default_value_t = 2.0, value_parser = seconds)]
     pub seconds: f64,
 
+    /// Directory for bench_engine.json and its figures; files of these names are replaced
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+
     /// Draw the scenarios a second
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
@@ -354,6 +364,21 @@ pub(super) struct MeshInfoArgs {
     /// Print one JSON array
     #[arg(long)]
     pub json: bool,
+}
+
+#[derive(Args)]
+pub(super) struct ReportArgs {
+    /// Directories that those commands wrote to with --out
+    #[arg(required = true, value_name = "DIR")]
+    pub directories: Vec<PathBuf>,
+
+    /// The page: one HTML file that needs nothing else
+    #[arg(long, value_name = "FILE", default_value = "report.html")]
+    pub out: PathBuf,
+
+    /// Directory for the figures as well, each an SVG file
+    #[arg(long, value_name = "DIR")]
+    pub svg: Option<PathBuf>,
 }
 
 #[derive(Args)]

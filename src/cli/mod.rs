@@ -14,6 +14,7 @@ mod mesh_info;
 mod plan;
 mod prepare;
 mod renumber;
+mod report;
 mod request;
 mod run;
 mod summary_text;
@@ -39,6 +40,7 @@ pub fn main() -> ExitCode {
         Verb::Bench(BenchVerb::Engine(args)) => {
             terminal::log_to_stderr().and_then(|()| bench::engine(*args))
         }
+        Verb::Report(args) => report::run(&args),
         Verb::Check(args) => check::run(&args),
         Verb::Clean(args) => clean::run(&args),
     };

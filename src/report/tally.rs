@@ -38,6 +38,8 @@ pub struct ComputeTimes {
     pub median: f64,
     pub p99: f64,
     pub max: f64,
+    /// At 0, 10, ..., 100 % of the scenarios.
+    pub deciles: [f64; 11],
 }
 
 impl Tally {
@@ -99,6 +101,7 @@ impl Tally {
             median: quantile(50),
             p99: quantile(99),
             max: quantile(100),
+            deciles: std::array::from_fn(|tenths| quantile(10 * tenths)),
         }
     }
 }
