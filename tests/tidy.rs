@@ -38,7 +38,7 @@ const BACKENDS: &[(&str, &str)] = &[
     ("toml", "src/scene/file.rs"),
     ("strsim", "src/scene/file.rs"),
     ("flate2", "src/mesh/gzip.rs"),
-    ("base64", "src/mesh/gltf"),
+    ("base64", "src/mesh/base64.rs"),
 ];
 
 /// Dependencies that are there for features which others then have; the manifest says why.

@@ -11,12 +11,14 @@ mod deform;
 mod failure;
 mod interrupt;
 mod mesh_info;
+mod page_server;
 mod plan;
 mod prepare;
 mod request;
 mod run;
 mod summary_text;
 mod terminal;
+mod view;
 
 use std::process::ExitCode;
 
@@ -33,6 +35,7 @@ pub fn main() -> ExitCode {
         Verb::Run(args) => terminal::log_to_stderr().and_then(|()| run::run(args)),
         Verb::Accuracy(args) => terminal::log_to_stderr().and_then(|()| accuracy::run(*args)),
         Verb::Plan(args) => terminal::log_to_stderr().and_then(|()| plan::plan(&args)),
+        Verb::View(args) => terminal::log_to_stderr().and_then(|()| view::view(*args)),
         Verb::Mesh(MeshVerb::Info(args)) => mesh_info::run(&args),
         Verb::Bench(BenchVerb::Transport(args)) => bench::transport(args),
         Verb::Bench(BenchVerb::Engine(args)) => {

@@ -102,7 +102,7 @@ pub(super) fn run(args: RunArgs) -> Result<(), Failure> {
 }
 
 /// That the scenario is there whose crash deforms the vehicles.
-fn check_crash(scene: &Scene, scenarios: usize) -> Result<(), Failure> {
+pub(super) fn check_crash(scene: &Scene, scenarios: usize) -> Result<(), Failure> {
     let after = scene.effects.crush.and_then(|crush| crush.deform_after);
     match after.filter(|&scenario| scenario as usize >= scenarios) {
         None => Ok(()),
@@ -114,7 +114,7 @@ fn check_crash(scene: &Scene, scenarios: usize) -> Result<(), Failure> {
 }
 
 /// No more workers than there are scenarios.
-fn start_engine(scene: &Scene, scenarios: usize) -> anyhow::Result<Box<dyn AnyEngine>> {
+pub(super) fn start_engine(scene: &Scene, scenarios: usize) -> anyhow::Result<Box<dyn AnyEngine>> {
     let most = WorkerCount::new(scenarios.clamp(1, WorkerCount::MAX as usize) as i64);
     let workers = scene.engine.worker_count().min(most.expect("clamped").get());
     let workers = WorkerCount::new(workers.get().into()).expect("fewer than it was");
@@ -179,7 +179,7 @@ fn answer(
     results: &mut Results,
 ) -> Result<EngineReport, Failure> {
     let report = match crash {
-        Some(crash) => crash.run(job, engine, trees, results),
+        Some(crash) => crash.run(job, engine, trees, results).map(|(report, _)| report),
         None => job.run(engine, trees, results).map_err(anyhow::Error::from),
     };
     results.bar.finish_and_clear();
@@ -196,7 +196,7 @@ fn answer(
 }
 
 /// Workers know the corners of triangles; which vertex one is, only the mesh tells.
-fn naming_the_vertex(failure: Failure, moving: &TriangleMesh) -> Failure {
+pub(super) fn naming_the_vertex(failure: Failure, moving: &TriangleMesh) -> Failure {
     let Failure::Failed(error) = failure else { return failure };
     let corner = match error.downcast_ref() {
         Some(&EngineError::Overflow { triangle, corner, .. }) => (triangle, corner),

@@ -10,6 +10,7 @@ mod scenarios_csv;
 mod summary;
 mod tally;
 mod tree_costs;
+pub mod viewer;
 
 pub use cost_fit::CostFit;
 pub use machine::Machine;
