@@ -230,7 +230,11 @@ impl Seen {
             "Log.entryAdded"
                 if ["error", "warning"].map(Value::from).contains(&params["entry"]["level"]) =>
             {
-                self.problems.push(text(&params["entry"]["text"]));
+                let said = text(&params["entry"]["text"]);
+                // Of our own screenshots, which wait for what is being drawn.
+                if !said.contains("GPU stall due to ReadPixels") {
+                    self.problems.push(said);
+                }
             }
             _ => {}
         }

@@ -93,6 +93,7 @@ export class Body {
     const all = Uint32Array.from({ length: index.length / 3 }, (_, rank) => rank);
     for (const { part, mesh } of this.parts) {
       const found = classes(part ? part.ranks : all);
+      mesh.material = found.map(({ colour }) => this.material(colour));
       const ordered = new Uint32Array(3 * found.reduce((sum, { ranks }) => sum + ranks.length, 0));
       let at = 0;
       mesh.geometry.clearGroups();
@@ -104,7 +105,6 @@ export class Body {
         }
       });
       mesh.geometry.setIndex(new BufferAttribute(ordered, 1));
-      mesh.material = found.map(({ colour }) => this.material(colour));
     }
   }
 

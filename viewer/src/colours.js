@@ -15,7 +15,8 @@ export const BOXES = [GREEN, BLUE];
 export const CURVE = PURPLE;
 export const CLEARANCE = GREEN;
 export const PENETRATION = ORANGE;
-export const IMPACT = VERMILLION;
+export const ALONG = GREEN;
+export const IMPACT = BLUE;
 export const PICKED = PURPLE;
 
 const WORKERS = [ORANGE, SKY, GREEN, YELLOW, BLUE, VERMILLION, PURPLE];

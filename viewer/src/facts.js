@@ -5,8 +5,8 @@ import { Vector3 } from 'three';
 
 const axes = (name) => ['x', 'y', 'z'].map((axis) => `${name}_${axis}_m`);
 
-/** The ends of arrows, or null. */
-export function arrowsOf(model, at, overlap) {
+/** The ends of arrows, or null; those of a way out begin where one asks. */
+export function arrowsOf(model, at, from) {
   const point = (names) => {
     const found = model.scenarios.point(at, names);
     return found && new Vector3(...found).sub(new Vector3(...model.bodies[0].center));
@@ -15,7 +15,6 @@ export function arrowsOf(model, at, overlap) {
   const out = model.scenarios.point(at, axes('least_translation'));
   const depth = model.scenarios.value(at, 'penetration_depth_m');
   const along = model.header.penetration_direction;
-  const from = overlap.center;
   const impact = point(axes('impact'));
   const normal = model.scenarios.point(at, ['impact_normal_x', 'impact_normal_y', 'impact_normal_z']);
   return {

@@ -19,6 +19,7 @@ export function legendRows(viewer) {
   const { header, bodies } = model;
   const rows = [];
   const add = (is, colour, shape, text) => { if (is) rows.push({ colour, shape, text }); };
+  const before = viewer.isDeformed ? ', before the crash' : '';
   const names = bodies.map(({ name, triangles }) => `${shortName(name)}, ${triangles.toLocaleString('en')} triangles`);
   if (shown.byWorker) {
     const kind = header.shares_memory ? 'needed by' : 'sent to';
@@ -33,15 +34,15 @@ export function legendRows(viewer) {
   add(shown.contacts, colours.CONTACTS[0], 'area', 'fixed triangles that touch');
   add(shown.contacts, colours.CONTACTS[1], 'area', 'moving triangles that touch');
   add(shown.curves && viewer.hasCurves, colours.CURVE, 'line', 'contact curves');
-  add(shown.boxes, colours.BOXES[0], 'line', `boxes of the fixed tree (${header.tree}), depth ${depth}`);
-  add(shown.boxes, colours.BOXES[1], 'line', `boxes of the moving tree (${header.tree}), depth ${depth}`);
+  add(shown.boxes, colours.BOXES[0], 'line', `boxes of the fixed tree (${header.tree}), depth ${depth}${before}`);
+  add(shown.boxes, colours.BOXES[1], 'line', `boxes of the moving tree (${header.tree}), depth ${depth}${before}`);
   const arrow = (name, colour, text) => {
     const ends = arrows.facts[name];
     add(shown.arrows && ends, colour, 'line', ends ? `${text}: ${length(ends[0].distanceTo(ends[1]))}` : '');
   };
   arrow('clearance', colours.CLEARANCE, 'clearance');
   arrow('least', colours.PENETRATION, 'shortest way out found');
-  arrow('along', colours.BLUE, 'depth along the direction');
+  arrow('along', colours.ALONG, 'depth along the direction');
   add(shown.arrows && arrows.facts.impact, colours.IMPACT, 'line', 'normal at the first impact (no scale)');
   return rows;
 }

@@ -32,7 +32,7 @@ export class Panel {
       if (Number.isFinite(value)) rows.push([column.name, spoken(column, value), '']);
     }
     values.replaceChildren(...rows.flatMap(([name, value, kind]) => [
-      element('dt', name),
+      element('dt', name.replaceAll('_', '_\u200b')),
       element('dd', value, kind),
     ]));
     this.showPairs(at, pairs);
@@ -50,11 +50,13 @@ export class Panel {
       button.title = 'Look at this pair: fixed × moving triangle';
       rows.push(button);
     }
-    const left = scenarios.pairs[at] - rows.length;
-    if (left > 0) {
-      const why = scenarios.hasDetail(at) ? '' : ' (not in this page, which would grow too large)';
-      rows.push(element('p', `${rows.length > 0 ? 'and ' : ''}${left.toLocaleString('en')} more${why}`));
+    const left = (scenarios.pairs[at] - rows.length).toLocaleString('en');
+    if (!scenarios.hasDetail(at)) {
+      rows.push(element('p', `${left}, which are not in this page: it would grow too large`));
+    } else if (scenarios.pairs[at] > rows.length) {
+      rows.push(element('p', `and ${left} more`));
     }
+    if (scenarios.pairs[at] === 0) rows.push(element('p', 'none'));
     list.replaceChildren(...rows);
   }
 }

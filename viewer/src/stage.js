@@ -1,12 +1,14 @@
 // The drawing surface, the light and the camera. A picture is drawn when something has changed.
 
 import {
-  AmbientLight, Color, DirectionalLight, HemisphereLight, PerspectiveCamera, Scene, Spherical, Sphere, Vector3,
+  AmbientLight, Box3, Color, DirectionalLight, HemisphereLight, PerspectiveCamera, Scene, Spherical, Sphere, Vector3,
   WebGLRenderer, Quaternion,
 } from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 
 const FLIGHT_MS = 250;
+/** Of the picture that stays free. */
+const MARGIN = 0.08;
 /** From where to look: along x is forward, y left, z up. */
 export const VIEWS = {
   slanted: [1, -1.2, 0.8],
@@ -80,23 +82,34 @@ export class Stage {
     this.camera.updateProjectionMatrix();
   }
 
-  /** Looks at a sphere, from a direction if one is given, otherwise from where it is. */
-  look({ center, radius }, from = null) {
+  /** Looks at points, from a direction if one is given, otherwise from where it is. */
+  look(points, from = null) {
     const direction = from
       ? new Vector3(...from).normalize()
       : this.camera.position.clone().sub(this.controls.target).normalize();
-    const across = Math.min(1, this.camera.aspect);
-    const away = radius / Math.sin((this.camera.fov * Math.PI) / 360) / across;
-    const end = { target: center.clone(), position: center.clone().addScaledVector(direction, away) };
+    const target = new Box3().setFromPoints(points).getCenter(new Vector3());
+    const away = this.distanceFor(points, target, direction);
     const still = matchMedia('(prefers-reduced-motion: reduce)').matches || !this.hasLooked;
     this.hasLooked = true;
     this.flight = {
-      end,
+      end: { target, position: target.clone().addScaledVector(direction, away) },
       target: this.controls.target.clone(),
       position: this.camera.position.clone(),
       begin: still ? -Infinity : performance.now(),
     };
     this.draw();
+  }
+
+  /** From which all of the points are seen. */
+  distanceFor(points, target, direction) {
+    const right = new Vector3().crossVectors(this.camera.up, direction).normalize();
+    const up = new Vector3().crossVectors(direction, right);
+    const slope = Math.tan((this.camera.fov * Math.PI) / 360) * (1 - MARGIN);
+    return Math.max(...points.map((point) => {
+      const from = point.clone().sub(target);
+      const across = Math.max(Math.abs(from.dot(up)), Math.abs(from.dot(right)) / this.camera.aspect);
+      return from.dot(direction) + across / slope;
+    }));
   }
 
   fly(now) {

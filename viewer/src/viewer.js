@@ -19,7 +19,8 @@ export class Viewer {
   constructor(model, page) {
     this.model = model;
     this.page = page;
-    this.depth = 4;
+    this.deepest = Math.max(...model.bodies.map(({ boxes }) => boxes.length)) - 1;
+    this.depth = Math.min(4, this.deepest);
     this.onlyWorker = null;
     this.shown = {
       contacts: true, onTop: false, curves: true, arrows: true, boxes: false, byWorker: false, legend: true,
@@ -32,7 +33,7 @@ export class Viewer {
       facts: {},
       clearance: new Arrow(colours.CLEARANCE, true),
       least: new Arrow(colours.PENETRATION, false),
-      along: new Arrow(colours.BLUE, false),
+      along: new Arrow(colours.ALONG, false),
       impact: new Arrow(colours.IMPACT, false),
     };
     const { facts, ...drawn } = this.arrows;
@@ -63,7 +64,7 @@ export class Viewer {
       input.addEventListener('change', () => this.toggle(name, input.checked));
     }
     page.depth.addEventListener('input', () => this.setDepth(Number(page.depth.value)));
-    page.depth.max = Math.max(...this.model.bodies.map(({ boxes }) => boxes.length)) - 1;
+    page.depth.max = this.deepest;
     page.looks.forEach((select, side) =>
       select.addEventListener('change', () => this.setLook(side, select.value)));
     page.worker.add(new Option('all workers', ''));
@@ -90,8 +91,8 @@ export class Viewer {
     const { scenarios, header } = model;
     this.at = at;
     this.start = startOf(model, at);
-    const isLater = header.deform_after !== undefined && scenarios.numbers[at] > header.deform_after;
-    this.bodies.forEach((body) => body.setDeformed(isLater));
+    this.isDeformed = header.deform_after !== undefined && scenarios.numbers[at] > header.deform_after;
+    this.bodies.forEach((body) => body.setDeformed(this.isDeformed));
     const contacts = scenarios.contacts(at);
     this.contactRanks = [0, 1].map((side) =>
       [...new Set(contacts.filter((_, place) => place % 2 === side))]);
@@ -104,11 +105,10 @@ export class Viewer {
     const curves = scenarios.curves(at);
     this.hasCurves = curves.length > 0;
     this.curves.set(curveSegments(curves));
-    this.picked.set([]);
+    this.say('');
     this.panel.show(at);
     this.timeline.show(impact, scenarios.intervals(at));
-    this.overlap = this.sphereOfContacts() ?? this.sphereOfAll();
-    this.arrows.facts = arrowsOf(model, at, this.overlap);
+    this.arrows.facts = arrowsOf(model, at, this.middleOfContacts());
     this.drawnArrows.forEach(([name, arrow]) => arrow.set(this.arrows.facts[name]));
     this.list.show(at);
     this.showSlider();
@@ -195,7 +195,7 @@ export class Viewer {
   }
 
   setDepth(depth) {
-    this.depth = Math.min(Number(this.page.depth.max), Math.max(0, depth));
+    this.depth = Math.min(this.deepest, Math.max(0, depth));
     this.toggle('boxes', true);
   }
 
@@ -219,36 +219,39 @@ export class Viewer {
   }
 
   lookAtAll(from) {
-    this.stage.world = this.sphereOfAll();
-    this.stage.look(this.stage.world, VIEWS[from]);
+    this.stage.look(this.cornersOfAll(), VIEWS[from]);
   }
 
   lookAtContacts() {
-    const sphere = this.sphereOfContacts() ?? sphereOf(this.arrows.facts.clearance ?? []);
-    if (sphere) this.stage.look(withRoom(sphere));
+    const corners = this.cornersOfContacts();
+    const { clearance } = this.arrows.facts;
+    if (corners.length > 0) this.stage.look(around(corners, 1.5, 0.03));
+    else if (clearance) this.stage.look(around(clearance, 4, 0.2));
     else this.lookAtAll();
   }
 
   lookAtPair(ranks) {
     const triangles = ranks.map((rank, side) => this.bodies[side].placedCorners(rank));
     this.picked.set(triangles.flatMap(outline));
-    this.stage.look(withRoom(sphereOf(triangles.flat())));
+    this.stage.look(around(triangles.flat(), 2, 0.02));
   }
 
-  sphereOfContacts() {
-    const corners = this.contactRanks.flatMap((ranks, side) =>
+  cornersOfContacts() {
+    return this.contactRanks.flatMap((ranks, side) =>
       ranks.flatMap((rank) => this.bodies[side].placedCorners(rank)));
-    return sphereOf(corners);
   }
 
-  sphereOfAll() {
-    const box = new Box3();
-    this.bodies.forEach((body) => {
-      const half = new Vector3(...body.model.size).multiplyScalar(0.5);
-      const own = new Box3(half.clone().negate(), half);
-      box.union(own.applyMatrix4(body.object.matrix));
+  middleOfContacts() {
+    const corners = this.cornersOfContacts();
+    return new Box3().setFromPoints(corners.length > 0 ? corners : this.cornersOfAll()).getCenter(new Vector3());
+  }
+
+  /** Of the bounds of both bodies. */
+  cornersOfAll() {
+    return this.bodies.flatMap(({ model, object }) => {
+      const half = new Vector3(...model.size).multiplyScalar(0.5);
+      return cornersOf(half.clone().negate(), half).map((corner) => corner.applyMatrix4(object.matrix));
     });
-    return box.getBoundingSphere(new Sphere());
   }
 
   /** Says which triangle is below a place on the screen. */
@@ -279,7 +282,7 @@ export class Viewer {
   }
 
   fitToScreen(stage) {
-    this.stage.world = this.sphereOfAll();
+    this.stage.world = new Box3().setFromPoints(this.cornersOfAll()).getBoundingSphere(new Sphere());
     this.drawnArrows.forEach(([, arrow]) => arrow.fit(stage));
     const { pixels, text } = scaleBar(stage);
     this.page.scale.style.width = `${pixels}px`;
@@ -290,9 +293,13 @@ export class Viewer {
 const outline = ([a, b, c]) =>
   [a, b, b, c, c, a].flatMap((corner) => corner.toArray());
 
-function sphereOf(points) {
-  return points.length > 0 ? new Box3().setFromPoints(points).getBoundingSphere(new Sphere()) : null;
-}
+const cornersOf = (low, high) => [0, 1, 2, 3, 4, 5, 6, 7].map((bits) =>
+  new Vector3(...[0, 1, 2].map((k) => (bits & (1 << k) ? high : low).getComponent(k))));
 
-/** Never nearer than what shows where on the vehicle it is. */
-const withRoom = ({ center, radius }) => new Sphere(center, Math.max(1.3 * radius, 0.02));
+/** The corners of a cube around points, so many times as large, and no smaller than shows where on the
+ *  vehicle it is. */
+function around(points, times, least) {
+  const { center, radius } = new Box3().setFromPoints(points).getBoundingSphere(new Sphere());
+  const half = new Vector3().setScalar(Math.max(times * radius, least) / Math.sqrt(3));
+  return cornersOf(center.clone().sub(half), center.clone().add(half));
+}

@@ -13,7 +13,7 @@ pub const MOST_LISTED: usize = 50_000;
 
 /// Pairs, and points of curves, of all scenarios that are shown in full: with two vehicles of 440,000
 /// triangles the page stays below 12 MB.
-pub const MOST_SHOWN: usize = 400_000;
+pub const MOST_SHOWN: usize = 2_000_000;
 
 #[derive(Clone, Debug)]
 pub struct ViewScenario {
