@@ -38,7 +38,7 @@ const BACKENDS: &[(&str, &str)] = &[
     ("rand_chacha", "src/scene/random/draw.rs"),
     ("strsim", "src/scene/file.rs"),
     ("flate2", "src/mesh/gzip.rs"),
-    ("base64", "src/mesh/gltf"),
+    ("base64", "src/mesh/base64.rs"),
     ("getrandom", "src/transport/peer.rs"),
 ];
 

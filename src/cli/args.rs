@@ -9,6 +9,7 @@ use std::time::Duration;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
 
+use super::page_server::Loopback;
 use crate::mesh::MeshSource;
 use crate::scene::{
     self, Compression, Distribution, MatchRule, Slowdown, StartFrom, SubtreesFrom, Transport,
@@ -33,6 +34,8 @@ pub(super) enum Verb {
     Run(RunArgs),
     /// Say what a scene calls for, what is left out, and what a scenario is likely to cost
     Plan(Box<PlanArgs>),
+    /// Make a page to look at a scene, or at the results of a run, in a browser
+    View(Box<ViewArgs>),
     /// What accuracy costs in time, and what is wrong without it: the same scenarios at every level
     Accuracy(Box<AccuracyArgs>),
     /// Look at mesh files
@@ -159,6 +162,24 @@ pub(super) struct PlanArgs {
     /// Print one JSON object
     #[arg(long)]
     pub json: bool,
+}
+
+#[derive(Args)]
+pub(super) struct ViewArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+
+    /// File for the page [default: bumper.html, if it is not served]
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+
+    /// Serve the page here until Ctrl-C, to this machine only: 127.0.0.1:8080, or port 0 for any
+    #[arg(long, value_name = "ADDRESS:PORT")]
+    pub serve: Option<Loopback>,
+
+    /// Where built trees are kept [default: bumper in the user's cache directory]
+    #[arg(long, value_name = "DIR")]
+    pub cache_dir: Option<PathBuf>,
 }
 
 #[derive(Args)]

@@ -30,21 +30,22 @@ pub(super) struct Crash<'a> {
 }
 
 impl Crash<'_> {
-    /// The scenarios up to the crash, and then, with new versions of both trees, those after it.
+    /// The scenarios up to the crash, and then, with new versions of both trees, those after it. Also
+    /// these versions, if the crash deforms anything.
     pub(super) fn run(
         &self,
         job: &Job<'_>,
         engine: &mut dyn AnyEngine,
         trees: &Both<Tree>,
         sink: &mut dyn ResultSink,
-    ) -> anyhow::Result<EngineReport> {
+    ) -> anyhow::Result<(EngineReport, Option<Both<Tree>>)> {
         let crash = self.scenario as usize;
         let (before, after) = job.poses.split_at(job.poses.len().min(crash + 1));
         let mut watch = Watch { sink, scenario: self.scenario, seen: None };
         let report = Job { poses: before, ..*job }.run(engine, trees, &mut watch)?;
         let seen = watch.seen;
         if report.interrupted {
-            return Ok(report);
+            return Ok((report, None));
         }
         if report.set_aside.contains(&self.scenario) {
             return Err(anyhow!(
@@ -64,7 +65,7 @@ impl Crash<'_> {
             }
         };
         if after.is_empty() {
-            return Ok(report);
+            return Ok((report, deformed.map(|(_, trees)| trees)));
         }
         let after = Job { poses: after, ..*job };
         let second = match &deformed {
@@ -77,7 +78,7 @@ impl Crash<'_> {
         };
         let first = self.scenario + 1;
         let second = second.map_err(|error| renumbered(error, &later, first))?;
-        Ok(report.followed_by(second, first))
+        Ok((report.followed_by(second, first), deformed.map(|(_, trees)| trees)))
     }
 
     fn options(&self) -> Option<&CrushOptions> {

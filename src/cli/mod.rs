@@ -11,6 +11,7 @@ mod deform;
 mod failure;
 mod interrupt;
 mod mesh_info;
+mod page_server;
 mod plan;
 mod prepare;
 mod renumber;
@@ -19,6 +20,7 @@ mod request;
 mod run;
 mod summary_text;
 mod terminal;
+mod view;
 
 use std::process::ExitCode;
 
@@ -35,6 +37,7 @@ pub fn main() -> ExitCode {
         Verb::Run(args) => terminal::log_to_stderr().and_then(|()| run::run(args)),
         Verb::Accuracy(args) => terminal::log_to_stderr().and_then(|()| accuracy::run(*args)),
         Verb::Plan(args) => terminal::log_to_stderr().and_then(|()| plan::plan(&args)),
+        Verb::View(args) => terminal::log_to_stderr().and_then(|()| view::view(*args)),
         Verb::Mesh(MeshVerb::Info(args)) => mesh_info::run(&args),
         Verb::Bench(BenchVerb::Transport(args)) => bench::transport(args),
         Verb::Bench(BenchVerb::Engine(args)) => {

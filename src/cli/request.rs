@@ -209,7 +209,7 @@ fn override_engine(engine: &mut EngineOptions, args: &EngineArgs) {
 }
 
 /// By the XDG base directory specification, which has relative paths ignored.
-fn cache_dir() -> Option<PathBuf> {
+pub(super) fn cache_dir() -> Option<PathBuf> {
     let absolute = |name| std::env::var_os(name).map(PathBuf::from).filter(|p| p.is_absolute());
     let base = absolute("XDG_CACHE_HOME").or_else(|| Some(absolute("HOME")?.join(".cache")))?;
     Some(base.join("bumper"))

@@ -119,7 +119,7 @@ pub(super) fn run(args: RunArgs) -> Result<(), Failure> {
 }
 
 /// That the scenario is there whose crash deforms the vehicles.
-fn check_crash(scene: &Scene, scenarios: usize) -> Result<(), Failure> {
+pub(super) fn check_crash(scene: &Scene, scenarios: usize) -> Result<(), Failure> {
     let after = scene.effects.crush.and_then(|crush| crush.deform_after);
     match after.filter(|&scenario| scenario as usize >= scenarios) {
         None => Ok(()),
@@ -141,7 +141,7 @@ fn already_complete(out: &OutputDir, json: bool) -> Result<(), Failure> {
 }
 
 /// No more workers than there are scenarios.
-fn start_engine(scene: &Scene, scenarios: usize) -> anyhow::Result<Box<dyn AnyEngine>> {
+pub(super) fn start_engine(scene: &Scene, scenarios: usize) -> anyhow::Result<Box<dyn AnyEngine>> {
     let most = WorkerCount::new(scenarios.clamp(1, WorkerCount::MAX as usize) as i64);
     let workers = scene.engine.worker_count().min(most.expect("clamped").get());
     let workers = WorkerCount::new(workers.get().into()).expect("fewer than it was");
@@ -213,7 +213,7 @@ impl Way<'_> {
         results: &mut Results,
     ) -> anyhow::Result<EngineReport> {
         match (self.crash, self.missing) {
-            (Some(crash), _) => crash.run(job, engine, trees, results),
+            (Some(crash), _) => Ok(crash.run(job, engine, trees, results)?.0),
             (None, None) => Ok(job.run(engine, trees, results)?),
             (None, Some(missing)) => {
                 let number = |scenario: u32| missing[scenario as usize];
@@ -251,7 +251,7 @@ fn answer(
 }
 
 /// Workers know the corners of triangles; which vertex one is, only the mesh tells.
-fn naming_the_vertex(failure: Failure, moving: &TriangleMesh) -> Failure {
+pub(super) fn naming_the_vertex(failure: Failure, moving: &TriangleMesh) -> Failure {
     let Failure::Failed(error) = failure else { return failure };
     let corner = match error.downcast_ref() {
         Some(&EngineError::Overflow { triangle, corner, .. }) => (triangle, corner),

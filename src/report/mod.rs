@@ -15,6 +15,7 @@ pub mod source;
 mod summary;
 mod tally;
 mod tree_costs;
+pub mod viewer;
 
 pub use cost_fit::CostFit;
 pub use identity::RunIdentity;
