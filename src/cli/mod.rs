@@ -8,6 +8,7 @@ mod check_ccd;
 mod clean;
 mod compare;
 mod deform;
+mod experiment;
 mod failure;
 mod interrupt;
 mod mesh_info;
@@ -33,6 +34,7 @@ pub fn main() -> ExitCode {
         Verb::Run(args) => terminal::log_to_stderr().and_then(|()| run::run(args)),
         Verb::Accuracy(args) => terminal::log_to_stderr().and_then(|()| accuracy::run(*args)),
         Verb::Plan(args) => terminal::log_to_stderr().and_then(|()| plan::plan(&args)),
+        Verb::Experiment(args) => terminal::log_to_stderr().and_then(|()| experiment::run(*args)),
         Verb::Mesh(MeshVerb::Info(args)) => mesh_info::run(&args),
         Verb::Bench(BenchVerb::Transport(args)) => bench::transport(args),
         Verb::Bench(BenchVerb::Engine(args)) => {

@@ -52,6 +52,12 @@ impl Request {
 pub(super) fn scene_of(args: &SceneArgs) -> Result<Scene, Failure> {
     SimdLevel::from_environment().map_err(Failure::usage)?;
     let mut scene = scene(args.scene.as_deref())?;
+    override_scene(&mut scene, args)?;
+    Ok(scene)
+}
+
+/// With what the command line says, the scene file apart.
+pub(super) fn override_scene(scene: &mut Scene, args: &SceneArgs) -> Result<(), Failure> {
     override_scenarios(&mut scene.scenarios, args)?;
     scene.engine.workers = args.workers.or(scene.engine.workers);
     scene.accuracy = args.accuracy.unwrap_or(scene.accuracy);
@@ -66,7 +72,7 @@ pub(super) fn scene_of(args: &SceneArgs) -> Result<Scene, Failure> {
     scene.fixed.distribution = fixed.unwrap_or(scene.fixed.distribution);
     let moving = args.moving_depth.or(args.moving_subtree_triangles);
     scene.moving.distribution = moving.unwrap_or(scene.moving.distribution);
-    Ok(scene)
+    Ok(())
 }
 
 /// What cannot be had at every level.
@@ -160,7 +166,7 @@ fn override_engine(engine: &mut EngineOptions, args: &EngineArgs) {
 }
 
 /// By the XDG base directory specification, which has relative paths ignored.
-fn cache_dir() -> Option<PathBuf> {
+pub(super) fn cache_dir() -> Option<PathBuf> {
     let absolute = |name| std::env::var_os(name).map(PathBuf::from).filter(|p| p.is_absolute());
     let base = absolute("XDG_CACHE_HOME").or_else(|| Some(absolute("HOME")?.join(".cache")))?;
     Some(base.join("bumper"))
