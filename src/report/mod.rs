@@ -2,10 +2,10 @@
 
 pub mod accuracy_plot;
 mod cost_fit;
+pub mod figure;
 mod machine;
 mod output;
 mod parquet;
-pub mod plot;
 mod scenarios_csv;
 mod summary;
 mod tally;
