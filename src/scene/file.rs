@@ -192,10 +192,7 @@ impl Source<'_> {
         }
     }
 
-    pub(crate) fn scenarios(
-        &self,
-        file: &Spanned<ScenariosFile>,
-    ) -> Result<Scenarios, SceneError> {
+    pub(crate) fn scenarios(&self, file: &Spanned<ScenariosFile>) -> Result<Scenarios, SceneError> {
         match (&file.get_ref().random, &file.get_ref().poses) {
             (Some(random), None) => Ok(Scenarios::Random(self.random(random)?)),
             (None, Some(poses)) => {

@@ -12,6 +12,6 @@ mod store;
 pub use config::{ConfigError, NAMES};
 pub use outcome::Outcome;
 pub use plan::{Evaluation, Models, Setting, Step, Units, Vary};
-pub use setup::setup;
 pub use sample::{Facts, Loaded, MeasureError, Parallel, Sample, TreeFacts, measure};
+pub use setup::setup;
 pub use store::{Kept, Store, StoreError};

@@ -299,7 +299,8 @@ impl<'a> View<'a> {
             };
             notes.push(format!("{which} more workers than the {cores} cores of this machine"));
         }
-        let is_slowed = |step: &Step| evaluation.setting(step, 1).slowdowns().iter().any(|f| *f > 1.0);
+        let is_slowed =
+            |step: &Step| evaluation.setting(step, 1).slowdowns().iter().any(|f| *f > 1.0);
         if evaluation.steps().iter().any(is_slowed) {
             notes.push(
                 "a speedup is over the mean of fast and slow cores, what is best possible is \

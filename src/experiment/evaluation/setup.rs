@@ -128,14 +128,11 @@ mod tests {
     #[test]
     fn differences_are_told_by_their_keys_and_both_values() {
         let there = json!({ "a": 1, "b": { "c": [1, 2] }, "d": [{ "e": 1 }], "same": null });
-        let here = json!({ "a": 2, "b": { "c": [1, 3] }, "d": [{ "e": 1 }, { "e": 5 }], "same": null });
+        let here =
+            json!({ "a": 2, "b": { "c": [1, 3] }, "d": [{ "e": 1 }, { "e": 5 }], "same": null });
         assert_eq!(
             differences(&there, &here),
-            [
-                "`a` was 1 and is 2",
-                "`b.c` was [1,2] and is [1,3]",
-                "`d.1.e` was nothing and is 5"
-            ]
+            ["`a` was 1 and is 2", "`b.c` was [1,2] and is [1,3]", "`d.1.e` was nothing and is 5"]
         );
         assert!(differences(&there, &there).is_empty());
     }
