@@ -235,7 +235,7 @@ fn every_scene_in_config_is_valid() {
     assert!(scenes.iter().any(|(name, _)| name == "config/default.toml"));
     let is_scene = |name: &String| !name.starts_with("config/experiments/");
     for (name, _) in scenes.iter().filter(|(name, _)| is_scene(name)) {
-        Scene::read(&root().join(&name)).unwrap_or_else(|error| panic!("{error}"));
+        Scene::read(&root().join(name)).unwrap_or_else(|error| panic!("{error}"));
     }
 }
 

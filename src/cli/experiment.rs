@@ -31,22 +31,23 @@ pub(super) fn run(args: ExperimentArgs) -> Result<(), Failure> {
     bar.finish_and_clear();
     // What was measured before a failure is worth being seen too.
     let outcome = Outcome::new(&evaluation, &setup, store.kept());
-    write(&out, &outcome)?;
-    let stopped = match measured {
-        Ok(()) => None,
-        Err(Failure::Interrupted(_)) => Some(()),
+    let written = write(&out, &outcome);
+    let is_interrupted = match measured {
+        Ok(()) => false,
+        Err(Failure::Interrupted(_)) => true,
         Err(failure) => return Err(failure),
     };
+    written?;
     let text = if args.json { outcome.to_json() } else { text(&outcome) };
     terminal::print(&text).context("cannot print the figures")?;
-    let Outcome { samples, samples_asked, .. } = outcome;
-    match stopped {
-        None => Ok(()),
-        Some(()) => Err(Failure::Interrupted(format!(
+    if is_interrupted {
+        let Outcome { samples, samples_asked, .. } = outcome;
+        return Err(Failure::Interrupted(format!(
             "{samples} of {samples_asked} samples are measured; the same command with --resume goes \
              on after them"
-        ))),
+        )));
     }
+    Ok(())
 }
 
 /// With the options of the command line in it.

@@ -2,7 +2,7 @@
 
 use std::num::NonZeroU32;
 
-use crate::scene::{EngineOptions, MatchRule, Scene, Slowdown, WorkerCount};
+use crate::scene::{EngineOptions, MatchRule, Scene, Slowdown, Transport, WorkerCount};
 use crate::tree::roots::Cut;
 
 /// An experiment as its file has it, each value checked.
@@ -24,6 +24,13 @@ pub struct Models {
     pub name: String,
     /// Its matchmaker does not count.
     pub scene: Scene,
+}
+
+impl Models {
+    /// Or workers use the geometry in place.
+    pub fn sends_subtrees(&self) -> bool {
+        matches!(self.scene.engine.transport, Transport::Pipe | Transport::Socket)
+    }
 }
 
 /// What is varied: at least one value, no value twice.
@@ -53,8 +60,8 @@ pub struct Units {
 }
 
 impl Vary {
-    /// Number of values.
-    pub fn len(&self) -> usize {
+    /// How many there are.
+    pub fn values(&self) -> usize {
         match self {
             Self::SerialPercent(percent) | Self::ScenariosPercent(percent) => percent.len(),
             Self::Depth(depths) => depths.len(),
@@ -103,7 +110,7 @@ impl Evaluation {
         let mut steps = Vec::new();
         for models in 0..self.models.len() {
             for sample in 0..self.samples.get() {
-                for at in 0..self.vary.len() {
+                for at in 0..self.vary.values() {
                     let step = |&matchmaker| Step { models, at, matchmaker, sample };
                     steps.extend(rules.iter().map(step));
                 }
@@ -147,8 +154,8 @@ impl Evaluation {
             Vary::Depth(depths) => format!("depth {}", depths[step.at]),
             Vary::Buffer(full) => format!("buffer {}", full[step.at]),
             Vary::Units { units, .. } => match units[step.at] {
-                Units { fast, slow: 0 } => format!("{fast} workers"),
-                Units { fast, slow } => format!("{fast} workers and {slow} slow"),
+                Units { fast, slow: 0 } => format!("workers {fast}"),
+                Units { fast, slow } => format!("workers {fast} and {slow} slow"),
             },
         };
         let models = &self.models[step.models].name;
@@ -199,7 +206,7 @@ mod tests {
             let experiment = embedded(name);
             let steps = experiment.steps();
             let rules = if name == "serial" { 1 } else { 4 };
-            assert_eq!(steps.len(), 2 * 3 * experiment.vary.len() * rules, "{name}");
+            assert_eq!(steps.len(), 2 * 3 * experiment.vary.values() * rules, "{name}");
             for (index, step) in steps.iter().enumerate() {
                 assert!(!steps[..index].contains(step), "{name}: {step:?} twice");
                 assert_eq!(step.matchmaker.is_none(), name == "serial");

@@ -1,8 +1,9 @@
 use std::num::NonZeroU32;
 
 use super::*;
-use crate::experiment::evaluation::Units;
-use crate::scene::Slowdown;
+use crate::experiment::evaluation::{Parallel, Units};
+use crate::report::figure::Point;
+use crate::scene::{Slowdown, Transport};
 
 /// Samples of all steps of which the speedup is told by the step.
 fn measured(evaluation: &Evaluation, speedup: impl Fn(&Step) -> f64) -> Kept {
@@ -65,7 +66,7 @@ fn points_are_means_with_the_least_and_the_most_as_their_spread() {
     assert_eq!(lines, ["best", "random", "lowest", "best-load", "best possible"]);
     let expected = Point { x: 2.0, y: (1.0 + 2.0 + 5.0) / 3.0, spread: Some([1.0, 5.0]) };
     assert_eq!(speedup.series[0].points[0], expected);
-    assert_eq!(speedup.series[0].points.len(), evaluation.vary.len());
+    assert_eq!(speedup.series[0].points.len(), evaluation.vary.values());
     assert_eq!(speedup.series[4].points[0], Point::at(2.0, 1.0));
     assert_eq!(outcome.tables[0].rows[0][..2], ["2", "2.67 (1.00-5.00)"]);
     for table in &outcome.tables {
