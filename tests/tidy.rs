@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use bumper::experiment::evaluation;
 use bumper::scene::{DEFAULT_SCENE, Scene};
 
 /// A module imports only modules of layers further down (or itself).
@@ -229,9 +230,19 @@ fn every_unsafe_block_says_why_it_is_sound() {
 fn every_scene_in_config_is_valid() {
     let scenes = files(&["config"], &["toml"]);
     assert!(scenes.iter().any(|(name, _)| name == "config/default.toml"));
-    for (name, _) in scenes {
-        Scene::read(&root().join(&name)).unwrap_or_else(|error| panic!("{error}"));
+    let is_scene = |name: &String| !name.starts_with("config/experiments/");
+    for (name, _) in scenes.iter().filter(|(name, _)| is_scene(name)) {
+        Scene::read(&root().join(name)).unwrap_or_else(|error| panic!("{error}"));
     }
+}
+
+#[test]
+fn every_experiment_in_config_is_part_of_the_program() {
+    let mut names = evaluation::NAMES.map(|name| format!("config/experiments/{name}.toml"));
+    names.sort();
+    let there: Vec<String> =
+        files(&["config/experiments"], &["toml"]).into_iter().map(|(name, _)| name).collect();
+    assert_eq!(there, names);
 }
 
 /// The keys are those that the reader itself lists when it refuses one.

@@ -8,6 +8,7 @@ mod check_ccd;
 mod clean;
 mod compare;
 mod deform;
+mod experiment;
 mod failure;
 mod interrupt;
 mod mesh_info;
@@ -38,6 +39,7 @@ pub fn main() -> ExitCode {
         Verb::Accuracy(args) => terminal::log_to_stderr().and_then(|()| accuracy::run(*args)),
         Verb::Plan(args) => terminal::log_to_stderr().and_then(|()| plan::plan(&args)),
         Verb::View(args) => terminal::log_to_stderr().and_then(|()| view::view(*args)),
+        Verb::Experiment(args) => terminal::log_to_stderr().and_then(|()| experiment::run(*args)),
         Verb::Mesh(MeshVerb::Info(args)) => mesh_info::run(&args),
         Verb::Bench(BenchVerb::Transport(args)) => bench::transport(args),
         Verb::Bench(BenchVerb::Engine(args)) => {

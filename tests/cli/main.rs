@@ -6,6 +6,7 @@ mod bench;
 mod check;
 mod clean;
 mod effects;
+mod experiment;
 mod interrupt;
 mod plan;
 mod results;
