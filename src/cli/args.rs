@@ -32,6 +32,8 @@ pub(super) enum Verb {
     Plan(Box<PlanArgs>),
     /// What accuracy costs in time, and what is wrong without it: the same scenarios at every level
     Accuracy(Box<AccuracyArgs>),
+    /// Simulate a cluster that runs a scene, from what the scene costs on this machine
+    Cluster(ClusterArgs),
     /// Look at mesh files
     #[command(subcommand)]
     Mesh(MeshVerb),
@@ -165,6 +167,25 @@ pub(super) struct AccuracyArgs {
     pub out: Option<PathBuf>,
 
     /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Args)]
+pub(super) struct ClusterArgs {
+    /// The cluster and what it is given to do (TOML)
+    pub config: PathBuf,
+
+    /// What the scene costs here, reused if it is of this scene and program, otherwise recorded
+    /// anew and kept in this file
+    #[arg(long, value_name = "FILE")]
+    pub recording: Option<PathBuf>,
+
+    /// Directory for cluster.json and a figure of each sweep; files of these names are replaced
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+
+    /// Print cluster.json
     #[arg(long)]
     pub json: bool,
 }

@@ -2,6 +2,7 @@
 //! an engine gets done.
 
 pub mod accuracy;
+pub mod cluster;
 mod contact_error;
 mod difference;
 pub mod latency;

@@ -4,7 +4,8 @@ use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
-pub(super) use toml::Spanned;
+use serde::de::DeserializeOwned;
+pub(crate) use toml::Spanned;
 
 use super::body::BodyFile;
 use super::effects::{EffectsFile, MotionFile};
@@ -108,8 +109,7 @@ impl Scene {
     /// `name` stands for the file in errors; paths in the text are relative to `folder`.
     pub fn parse(text: &str, name: &str, folder: &Path) -> Result<Self, SceneError> {
         let source = Source { text, name, folder };
-        source.check_version()?;
-        let file = toml::from_str::<SceneFile>(text).map_err(|e| source.syntax_error(&e))?;
+        let file: SceneFile = source.read()?;
         Ok(Self {
             fixed: source.body("fixed", &file.fixed, Distribution::FIXED)?,
             moving: source.body("moving", &file.moving, Distribution::MOVING)?,
@@ -126,14 +126,22 @@ impl Scene {
     }
 }
 
-/// The text that a scene is made from, to say where in it something is wrong.
-pub(super) struct Source<'a> {
-    text: &'a str,
-    name: &'a str,
-    folder: &'a Path,
+/// The text that a scene (or an experiment) is made from, to say where in it something is wrong.
+pub(crate) struct Source<'a> {
+    pub text: &'a str,
+    /// Stands for the file in errors.
+    pub name: &'a str,
+    /// Paths in the text are relative to it.
+    pub folder: &'a Path,
 }
 
 impl Source<'_> {
+    /// As written: types and keys are checked, values are not.
+    pub(crate) fn read<T: DeserializeOwned>(&self) -> Result<T, SceneError> {
+        self.check_version()?;
+        toml::from_str(self.text).map_err(|e| self.syntax_error(&e))
+    }
+
     /// Checked before anything else: a file of another version may have other keys.
     fn check_version(&self) -> Result<(), SceneError> {
         let file = toml::from_str::<AnyVersion>(self.text).map_err(|e| self.syntax_error(&e))?;
@@ -144,7 +152,7 @@ impl Source<'_> {
             return Ok(());
         }
         let reason = format!(
-            "{} is not a version of scene files that this bumper knows: it reads version {VERSION}",
+            "{} is not a version of this file that this bumper knows: it reads version {VERSION}",
             version.get_ref()
         );
         Err(self.invalid(version.span().start, "version", reason))
@@ -288,7 +296,7 @@ impl Source<'_> {
         }
     }
 
-    pub(super) fn wrong<T>(
+    pub(crate) fn wrong<T>(
         &self,
         value: &Spanned<T>,
         key: &str,
@@ -307,7 +315,7 @@ impl Source<'_> {
         self.invalid(error.span().map_or(0, |span| span.start), &key, reason)
     }
 
-    pub(super) fn invalid(&self, offset: usize, key: &str, reason: impl Display) -> SceneError {
+    pub(crate) fn invalid(&self, offset: usize, key: &str, reason: impl Display) -> SceneError {
         let before = &self.text.as_bytes()[..offset.min(self.text.len())];
         SceneError::Invalid {
             file: self.name.to_owned(),

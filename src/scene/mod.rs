@@ -13,6 +13,7 @@ mod values;
 pub use engine::{EngineOptions, MatchRule, Slowdown, StartFrom, Transport};
 pub use error::{PosesError, SceneError};
 pub use file::DEFAULT_SCENE;
+pub(crate) use file::{Source, Spanned};
 pub use poses::read_poses;
 pub use values::{
     Distribution, OutOfRange, Penetration, WorkerCount, buffer_kilobytes, buffer_scenarios,
