@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use super::crew::{Crew, ignore};
-use super::planned::Planned;
+use super::planned::{Parts, Planned};
 use super::session::{Session, TICK};
 use super::{EffectsWork, EngineError, EngineReport, ResultSink, Work};
 use crate::scene::{EngineOptions, Slowdown};
@@ -191,7 +191,11 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Engine<T, L> {
         }
         let number = self.next_tree;
         self.next_tree += 1;
-        let mut planned = Planned::new(number, effects.plan, parts);
+        let how = match self.crew.transport.shared_geometry() {
+            Some(_) => Parts::InPlace,
+            None => Parts::Sent(self.options.compress),
+        };
+        let mut planned = Planned::new(number, effects.plan, &parts, how);
         if let Some(shared) = self.crew.transport.shared_geometry() {
             let place = self.next_mesh;
             self.next_mesh += 1;

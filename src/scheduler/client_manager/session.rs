@@ -11,7 +11,7 @@ use super::supply::Supply;
 use super::{EngineError, ResultSink, ScenarioResult, Work};
 use crate::scheduler::assignment::{Assignment, BufferLimits};
 use crate::scheduler::collection::{BadReply, Collection, Outcome, Said};
-use crate::scheduler::engine_report::{EngineReport, WorkerReport};
+use crate::scheduler::engine_report::{EngineReport, TransferReport, WorkerReport};
 use crate::scheduler::jobs_submitter::JobsSubmitter;
 use crate::scheduler::launch::Launch;
 use crate::scheduler::local_client::LocalClient;
@@ -76,8 +76,12 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
             .map_err(|_| EngineError::TooManyScenarios(work.poses.len()))?;
         let options = &engine.options;
         let is_shared = engine.crew.transport.shared_geometry().is_some();
-        let supply = Supply::new(is_shared, options.start_from, keys, images)?;
         let views = images.map(TreeImage::view);
+        let (supply, transfer) = if is_shared {
+            (Supply::in_place(keys, options.start_from), TransferReport::default())
+        } else {
+            Supply::sent(keys, options.start_from, views, options.compress)?
+        };
         let workers = engine.crew.len();
         let limits = BufferLimits {
             scenarios: options.buffer_scenarios.get(),
@@ -97,6 +101,7 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
             bytes_published: engine.bytes_published,
             bytes_sent: 0,
             relative_data_transfer: 0.0,
+            transfer,
             publish_s: engine.publish_s,
             start_workers_s: 0.0,
             first_result_s: 0.0,
