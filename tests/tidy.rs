@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use bumper::experiment::cluster::config::Config;
 use bumper::scene::{DEFAULT_SCENE, Scene};
 
 /// A module imports only modules of layers further down (or itself).
@@ -229,11 +230,17 @@ fn every_unsafe_block_says_why_it_is_sound() {
 }
 
 #[test]
-fn every_scene_in_config_is_valid() {
+fn every_scene_and_cluster_in_config_is_valid() {
     let scenes = files(&["config"], &["toml"]);
     assert!(scenes.iter().any(|(name, _)| name == "config/default.toml"));
     for (name, _) in scenes {
-        Scene::read(&root().join(&name)).unwrap_or_else(|error| panic!("{error}"));
+        let path = root().join(&name);
+        let is_cluster = name.starts_with("config/clusters/") && !name.ends_with("_scene.toml");
+        let read = match is_cluster {
+            true => Config::read(&path).map(drop),
+            false => Scene::read(&path).map(drop),
+        };
+        read.unwrap_or_else(|error| panic!("{error}"));
     }
 }
 

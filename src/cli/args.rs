@@ -187,6 +187,11 @@ pub(super) struct ClusterArgs {
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
 
+    /// Run the scene for real too, over pipe and over iceoryx2, by as many workers as the cluster
+    /// has, and compare
+    #[arg(long)]
+    pub validate: bool,
+
     /// Print cluster.json
     #[arg(long)]
     pub json: bool,

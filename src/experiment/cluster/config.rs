@@ -7,7 +7,7 @@ use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 
 use super::machine::{Copies, Link, MasterPlace, MemoryRules, MessageCosts, Node};
-use crate::scene::{MatchRule, SceneError};
+use crate::scene::{Compression, MatchRule, SceneError};
 
 /// A cluster, what it is given to do, and what is varied. Each value has been checked.
 #[derive(Clone, Debug, PartialEq)]
@@ -70,6 +70,7 @@ pub struct Run {
     pub buffer_bytes: u64,
     pub matchmakers: Vec<MatchRule>,
     pub copies: Vec<Copies>,
+    pub compression: Vec<Compression>,
     /// Runs of a random matchmaker, by seeds from this one on.
     pub samples: NonZeroU32,
     pub match_seed: u64,
@@ -118,6 +119,14 @@ impl Config {
         cuts.sort_unstable();
         cuts.dedup();
         cuts
+    }
+
+    /// Whether a run on this machine can be held against it.
+    pub fn is_one_node_as_recorded(&self) -> bool {
+        let counts: u32 = self.groups.iter().map(|group| group.count).sum();
+        let is_recorded =
+            self.scale == Scale { memory_factor: self.scale.memory_factor, ..Scale::default() };
+        counts == 1 && self.master == MasterPlace::FirstNode && is_recorded
     }
 
     /// The nodes, so many of each group.

@@ -15,6 +15,8 @@ pub struct Load {
     pub outline_bytes: [f64; 2],
     /// Of both trees in one piece.
     pub tree_bytes: f64,
+    /// Of compressing all subtrees, before anything is sent; on one core.
+    pub packing: Time,
 }
 
 #[derive(Clone, Debug, Default)]
@@ -37,6 +39,8 @@ pub struct SubtreeCost {
     pub memory_bytes: f64,
     /// As it is sent.
     pub sent_bytes: f64,
+    /// Of a compressed message, which the master has ready.
+    pub kept_bytes: f64,
     /// Of the master that makes its message.
     pub make: Time,
     /// Of the worker that puts it to its place.

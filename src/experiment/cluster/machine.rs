@@ -92,7 +92,7 @@ impl Link {
 }
 
 /// Time on a core of speed 1 for each message, on both sides alike.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct MessageCosts {
     pub send: Time,
     pub receive: Time,
@@ -175,12 +175,8 @@ mod tests {
     fn the_bound_of_the_papers_cluster_is_25() {
         let node = |cores, speed| Node { cores, speed, memory_bytes: 3e9 };
         let nodes = [vec![node(4, 1.0); 5], vec![node(2, 281.0 / 452.0); 4]].concat();
-        let link = Link {
-            bytes_per_s: 125e6,
-            latency: 50_000,
-            message_bytes: 66.0,
-            window_bytes: None,
-        };
+        let link =
+            Link { bytes_per_s: 125e6, latency: 50_000, message_bytes: 66.0, window_bytes: None };
         let messages = MessageCosts {
             send: 0,
             receive: 0,

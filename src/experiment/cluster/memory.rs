@@ -26,7 +26,8 @@ impl Memory {
 
     /// `nodes` are those that it was made for.
     pub fn most(&self, nodes: &[Node]) -> MemoryUse {
-        let fill = |(number, node): (usize, &Node)| (self.nodes[number][1] / node.memory_bytes, number);
+        let fill =
+            |(number, node): (usize, &Node)| (self.nodes[number][1] / node.memory_bytes, number);
         let fullest = nodes.iter().enumerate().map(fill);
         let (fullest, fullest_node) =
             fullest.max_by(|a, b| a.0.total_cmp(&b.0)).expect("there are nodes");

@@ -32,15 +32,19 @@ pub struct Outcome {
     pub time_s: f64,
     /// Weighted serial time over this time: the paper's speedup (section 7.2).
     pub speedup: f64,
-    /// Serial time on the first node's cores over this time, which `bound` is the bound of.
+    /// What `speedup` is at most, if nothing but computing took time.
+    pub speedup_bound: f64,
+    /// Serial time on a core of the first node over this time, and what that is at most: the paper's
+    /// n1 + n2 t1 / t2 (section 7.1.1).
     pub over_first: f64,
     pub bound: f64,
     pub bytes_sent: f64,
     /// Over the bytes of both trees (section 7.2).
     pub relative_data_transfer: f64,
+    /// What compressing all subtrees takes the master before, on one core.
+    pub packing_s: f64,
     pub tasks: u64,
     pub utilisation: Utilisation,
-    /// Most bytes in use at a time on the fullest node, over its memory; of all nodes together.
     pub memory: MemoryUse,
 }
 
@@ -58,16 +62,6 @@ pub struct Utilisation {
     /// Mean over the workers: computing scenarios, and taking subtrees.
     pub computing: f64,
     pub placing: f64,
-}
-
-impl Utilisation {
-    /// What is used most of what all workers share, and how much of it: more workers make nothing
-    /// faster once this is near 1.
-    pub fn most_used(&self) -> (&'static str, f64) {
-        let master = ("the master", self.master + self.master_blocked);
-        let link = ("the link", self.link);
-        if link.1 >= master.1 { link } else { master }
-    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]

@@ -16,8 +16,8 @@ use crate::report::{CostFit, Machine};
 use crate::scheduler::indicator::{ClientIndicator, TreeIndicator};
 use crate::scheduler::jobs_submitter::JobsSubmitter;
 use crate::tree::descent::{Descent, DescentError, Pair};
-use crate::tree::roots::{Cut, CutTree, PreAnalysis};
-use crate::tree::subtree::{PartialTree, SubtreeError, Subtrees};
+use crate::tree::roots::{Cut, CutTree, PreAnalysis, box_tests};
+use crate::tree::subtree::{PartialTree, SubtreeError, Subtrees, compressed};
 use crate::tree::{TreeImage, TreeKind, TreeView};
 use crate::wire::CostRecord;
 use crate::workers::clock::thread_ns;
@@ -116,7 +116,9 @@ impl Recorder<'_> {
         let [fixed, moving] = self.trees();
         let (mut descent, mut pairs, mut times) = (Descent::default(), Vec::new(), Vec::new());
         self.each(|pose| {
-            times.push(fastest(&mut pairs, |pairs| descent.all_pairs(&fixed, &moving, pose, pairs))?);
+            times.push(fastest(&mut pairs, |pairs| {
+                descent.all_pairs(&fixed, &moving, pose, pairs)
+            })?);
             Ok(())
         })?;
         Ok(times)
@@ -125,31 +127,35 @@ impl Recorder<'_> {
     fn cut(&self, depths: [u32; 2]) -> Result<CutRecording, RecordError> {
         let trees = self.trees();
         let cuts = depths.map(Cut::Depth);
-        let analysis = || PreAnalysis::new(trees[0], cuts[0], trees[1], cuts[1]);
-        let (mut submitter, mut counting) = (JobsSubmitter::new(analysis()), analysis());
+        let analysis = PreAnalysis::new(trees[0], cuts[0], trees[1], cuts[1]);
+        let mut submitter = JobsSubmitter::new(analysis);
         let cut_trees = [0, 1].map(|tree: usize| CutTree::new(trees[tree], cuts[tree]));
         let (mut descent, mut pairs) = (Descent::default(), Vec::new());
         let mut columns = ScenarioColumns::default();
-        let mut met = Vec::new();
         self.each(|pose| {
             submitter.analyse(pose, true)?;
             let begin = thread_ns();
             let found = submitter.analyse(pose, true)?;
             columns.analysis_ns.push(thread_ns() - begin);
-            columns.box_tests.push(counting.boxes_that_meet(pose, &mut met)?);
+            let [fixed, moving] = &cut_trees;
+            columns.box_tests.push(box_tests(fixed, moving, pose).unwrap_or(0));
             columns.root_pairs.push(found.root_pairs.len() as u32);
             for (lists, indicator) in columns.roots.iter_mut().zip(&found.indicators) {
                 lists.push(&indicator.numbers().collect::<Vec<_>>());
             }
             columns.below_ns.push(fastest(&mut pairs, |pairs| {
-                let [fixed, moving] = &cut_trees;
                 descent.all_pairs_below(fixed, moving, pose, &found.root_pairs, pairs)
             })?);
             Ok(())
         })?;
         let trees = [self.subtrees(0, cuts[0])?, self.subtrees(1, cuts[1])?];
         let outline_bytes = [trees[0].0, trees[1].0];
-        Ok(CutRecording { depths, outline_bytes, subtrees: trees.map(|(_, columns)| columns), scenarios: columns })
+        Ok(CutRecording {
+            depths,
+            outline_bytes,
+            subtrees: trees.map(|(_, columns)| columns),
+            scenarios: columns,
+        })
     }
 
     /// Bytes of the outline, and what each subtree costs.
@@ -158,15 +164,20 @@ impl Recorder<'_> {
         let subtrees = Subtrees::new(view, cut);
         let roots = CutTree::new(view, cut);
         let outline = subtrees.outline();
-        let mut receiver = PartialTree::new(&outline)?;
+        let mut receivers = [PartialTree::new(&outline)?, PartialTree::new(&outline)?];
         let mut columns = SubtreeColumns::default();
         for (root, triangles) in (0..).zip(roots.roots().iter().map(|root| root.triangles)) {
             let begin = thread_ns();
             let message = subtrees.message(root).map_err(SubtreeError::from)?;
-            let made = thread_ns();
-            receiver.add(&message)?;
-            columns.place_ns.push(thread_ns() - made);
-            columns.make_ns.push(made - begin);
+            columns.make_ns.push(thread_ns() - begin);
+            let begin = thread_ns();
+            let packed = compressed(&message);
+            columns.pack_ns.push(thread_ns() - begin);
+            let packed = packed.as_ref().unwrap_or(&message);
+            columns.packed_bytes.push(packed.len() as u64);
+            let [plain, unpacking] = &mut receivers;
+            columns.place_ns.push(placing_ns(plain, &message)?);
+            columns.place_packed_ns.push(placing_ns(unpacking, packed)?);
             columns.bytes.push(message.len() as u64);
             columns.triangles.push(triangles);
         }
@@ -189,6 +200,12 @@ impl Recorder<'_> {
         }
         Ok(CostFit::of(&costs).map_or(0.0, |fit| fit.c_b_ns))
     }
+}
+
+fn placing_ns(receiver: &mut PartialTree, message: &[u8]) -> Result<u64, SubtreeError> {
+    let begin = thread_ns();
+    receiver.add(message)?;
+    Ok(thread_ns() - begin)
 }
 
 /// What a worker does for a scenario, in nanoseconds.

@@ -65,6 +65,18 @@ pub struct SubtreeColumns {
     pub make_ns: Vec<u64>,
     /// Of the worker that checks it and puts it to its place.
     pub place_ns: Vec<u64>,
+    /// Of its message compressed by LZ4; as `bytes` where that is not less.
+    pub packed_bytes: Vec<u64>,
+    /// Of the master, in the pre-processing step.
+    pub pack_ns: Vec<u64>,
+    /// As `place_ns`, of what is compressed.
+    pub place_packed_ns: Vec<u64>,
+}
+
+impl SubtreeColumns {
+    fn times(&self) -> [&Vec<u64>; 4] {
+        [&self.make_ns, &self.place_ns, &self.pack_ns, &self.place_packed_ns]
+    }
 }
 
 /// A number for each scenario.
@@ -73,8 +85,9 @@ pub struct SubtreeColumns {
 pub struct ScenarioColumns {
     /// Of a worker that starts from the pairs of roots that meet.
     pub below_ns: Vec<u64>,
-    /// Of the jobs submitter, and how many pairs of boxes it tests.
+    /// Of the jobs submitter.
     pub analysis_ns: Vec<u64>,
+    /// Of the same as the paper does it; of trees of oriented boxes, otherwise 0.
     pub box_tests: Vec<u64>,
     pub root_pairs: Vec<u32>,
     /// Distributed roots that take part, of the fixed and of the moving tree.
@@ -162,18 +175,25 @@ impl Recording {
 /// A day: sums of as many as there can be do not overflow.
 const LONGEST_NS: u64 = 24 * 3600 * 1_000_000_000;
 
+/// 256 TiB.
+const MOST_BYTES: u64 = 1 << 48;
+
 impl CutRecording {
     fn times(&self) -> impl Iterator<Item = &Vec<u64>> {
-        let of_subtrees = self.subtrees.iter().flat_map(|s| [&s.make_ns, &s.place_ns]);
+        let of_subtrees = self.subtrees.iter().flat_map(SubtreeColumns::times);
         of_subtrees.chain([&self.scenarios.below_ns, &self.scenarios.analysis_ns])
     }
 
     fn check(&self, scenarios: usize) -> Result<(), &'static str> {
         for (subtrees, lists) in self.subtrees.iter().zip(&self.scenarios.roots) {
             let roots = subtrees.triangles.len();
-            let lengths = [subtrees.bytes.len(), subtrees.make_ns.len(), subtrees.place_ns.len()];
-            if roots == 0 || lengths != [roots; 3] {
+            let bytes = [&subtrees.bytes, &subtrees.packed_bytes];
+            let mut columns = bytes.into_iter().chain(subtrees.times());
+            if roots == 0 || !columns.all(|column| column.len() == roots) {
                 return Err("a column of subtrees is longer than another, or empty");
+            }
+            if bytes.iter().any(|column| !column.iter().all(|n| (1..=MOST_BYTES).contains(n))) {
+                return Err("a subtree has no bytes, or more than any machine");
             }
             lists.check(scenarios, roots)?;
         }

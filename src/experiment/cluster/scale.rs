@@ -4,16 +4,27 @@ use super::config::{AnalysisCost, Scale};
 use super::events::{Time, nanoseconds};
 use super::load::{Load, ScenarioCost, SubtreeCost};
 use super::recording::{CutRecording, Recording, SubtreeColumns};
+use crate::scene::Compression;
 use crate::scheduler::indicator::TreeIndicator;
 
 impl Load {
     /// `cut` is one of the recording's.
-    pub fn of(recording: &Recording, cut: &CutRecording, scale: &Scale) -> Self {
+    pub fn of(
+        recording: &Recording,
+        cut: &CutRecording,
+        compress: Compression,
+        scale: &Scale,
+    ) -> Self {
         let bytes = |tree: usize| cut.subtrees[tree].bytes.iter().sum::<u64>() as f64;
         let recorded = [bytes(0), bytes(1)];
         let sent = scale.tree_bytes.unwrap_or(recorded);
         let factors = [0, 1].map(|tree| sent[tree] / recorded[tree]);
-        let subtrees = |tree: usize| subtrees(&cut.subtrees[tree], factors[tree], scale);
+        let subtrees = |tree: usize| match compress {
+            Compression::None => plain(&cut.subtrees[tree], factors[tree], scale),
+            Compression::Lz4 => packed(&cut.subtrees[tree], factors[tree], scale),
+        };
+        let packing =
+            |tree: usize| cut.subtrees[tree].pack_ns.iter().sum::<u64>() as f64 * factors[tree];
         Self {
             scenarios: scenarios(recording, cut, scale),
             subtrees: [subtrees(0), subtrees(1)],
@@ -21,6 +32,10 @@ impl Load {
             tree_bytes: match scale.tree_bytes {
                 Some(bytes) => bytes.iter().sum(),
                 None => recording.tree_bytes.iter().sum::<u64>() as f64,
+            },
+            packing: match compress {
+                Compression::None => 0,
+                Compression::Lz4 => (packing(0) + packing(1)) as Time,
             },
         }
     }
@@ -71,7 +86,8 @@ fn serial_factors(serial_ns: &[u64], totals_s: &[f64]) -> Vec<f64> {
     factors
 }
 
-fn subtrees(columns: &SubtreeColumns, factor: f64, scale: &Scale) -> Vec<SubtreeCost> {
+/// Subtrees whose messages are `factor` times as long as recorded.
+fn plain(columns: &SubtreeColumns, factor: f64, scale: &Scale) -> Vec<SubtreeCost> {
     let time = |bytes: f64, rate: Option<f64>, recorded: u64| match rate {
         Some(rate) => nanoseconds(bytes / rate),
         None => recorded,
@@ -81,11 +97,27 @@ fn subtrees(columns: &SubtreeColumns, factor: f64, scale: &Scale) -> Vec<Subtree
         SubtreeCost {
             memory_bytes: sent_bytes * scale.memory_factor,
             sent_bytes,
+            kept_bytes: 0.0,
             make: time(sent_bytes, scale.make_bytes_per_s, columns.make_ns[root]),
             place: time(sent_bytes, scale.place_bytes_per_s, columns.place_ns[root]),
         }
     };
     columns.bytes.iter().enumerate().map(subtree).collect()
+}
+
+/// As [`plain`], compressed in the pre-processing step: in proportion as recorded.
+fn packed(columns: &SubtreeColumns, factor: f64, scale: &Scale) -> Vec<SubtreeCost> {
+    let mut subtrees = plain(columns, factor, scale);
+    for (root, subtree) in subtrees.iter_mut().enumerate() {
+        if columns.packed_bytes[root] < columns.bytes[root] {
+            let unpacking = columns.place_packed_ns[root].saturating_sub(columns.place_ns[root]);
+            subtree.sent_bytes = columns.packed_bytes[root] as f64 * factor;
+            subtree.kept_bytes = subtree.sent_bytes;
+            subtree.make = 0;
+            subtree.place += (unpacking as f64 * factor) as Time;
+        }
+    }
+    subtrees
 }
 
 #[cfg(test)]

@@ -43,8 +43,14 @@ pub fn simulate(load: &Load, cluster: &Cluster, policy: &Policy, scenarios: u32)
 
 enum Event {
     /// Somebody may be done on the cores of a node.
-    Cores { node: usize, forecast: Forecast },
-    ToWorker { worker: usize, message: Message },
+    Cores {
+        node: usize,
+        forecast: Forecast,
+    },
+    ToWorker {
+        worker: usize,
+        message: Message,
+    },
     ToMaster(Heard),
     WorkerAwake(usize),
     MasterAwake,
@@ -90,11 +96,8 @@ impl<'a> Simulation<'a> {
         };
         let q = policy.buffer.scenarios as usize;
         let matchmaker = Matchmaker::new(policy.rule, q, policy.seed);
-        let bytes = if cluster.is_all_in_place() {
-            Default::default()
-        } else {
-            load.subtree_bytes()
-        };
+        let bytes =
+            if cluster.is_all_in_place() { Default::default() } else { load.subtree_bytes() };
         let assignment =
             Assignment::new(clients, nodes, scenarios, policy.buffer, matchmaker, bytes);
         let state = |(number, node): (usize, &Node)| NodeState {
@@ -138,7 +141,11 @@ impl<'a> Simulation<'a> {
                     self.events.put(forecast.at, Event::Cores { node, forecast });
                 }
                 for process in done {
-                    if process == self.workers.len() { self.step_done() } else { self.work_done(process) }
+                    if process == self.workers.len() {
+                        self.step_done()
+                    } else {
+                        self.work_done(process)
+                    }
                 }
             }
             Event::ToWorker { worker, message } => self.worker_gets(worker, message),
@@ -152,7 +159,8 @@ impl<'a> Simulation<'a> {
     /// Processes, and the trees in the master.
     fn settle_in(&mut self) {
         let (master, process) = (self.cluster.master_node(), self.cluster.memory.process_bytes);
-        let trees = self.load.subtrees.iter().flatten().map(|subtree| subtree.memory_bytes);
+        let trees = self.load.subtrees.iter().flatten();
+        let trees = trees.map(|subtree| subtree.memory_bytes + subtree.kept_bytes);
         self.memory.take(master, process + trees.sum::<f64>());
         for worker in 0..self.workers.len() {
             self.memory.take(self.home(worker), process);
@@ -204,8 +212,10 @@ impl<'a> Simulation<'a> {
             speedup: serial_s * cluster.weighted_time() / time_s,
             over_first: serial_s / speed / time_s,
             bound: cluster.bound(),
+            speedup_bound: cluster.bound() * cluster.weighted_time() * speed,
             bytes_sent: tally.bytes_sent,
             relative_data_transfer: tally.bytes_sent / load.tree_bytes,
+            packing_s: seconds(load.packing) / speed,
             tasks: tally.tasks,
             utilisation: Utilisation {
                 master: master(busy),
@@ -221,3 +231,6 @@ impl<'a> Simulation<'a> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -13,7 +13,7 @@ use super::machine::{Cluster, Copies, MessageCosts};
 use super::outcome::Outcome;
 use super::recording::Recording;
 use super::simulation::{Policy, simulate};
-use crate::scene::MatchRule;
+use crate::scene::{Compression, MatchRule};
 use crate::scheduler::assignment::BufferLimits;
 
 /// What is not the same for all runs of a sweep (section 7.2 to 7.5 of the paper).
@@ -41,6 +41,7 @@ pub struct Simulated {
     pub workers: usize,
     pub matchmaker: MatchRule,
     pub copies: Copies,
+    pub compression: Compression,
     /// One a seed where the matchmaker draws, otherwise one.
     pub samples: Vec<Outcome>,
 }
@@ -69,6 +70,7 @@ struct Task {
     point: Point,
     rule: MatchRule,
     copies: Copies,
+    compression: Compression,
 }
 
 /// How many runs there are in all.
@@ -87,13 +89,15 @@ pub fn run(
 ) -> Option<Vec<Simulated>> {
     let load = |depths: [u32; 2]| {
         let cut = recording.cut(depths).expect("the recording has every cut");
-        (depths, Load::of(recording, cut, &config.scale))
+        let of = |&compression| Load::of(recording, cut, compression, &config.scale);
+        (depths, config.run.compression.iter().map(of).collect())
     };
-    let loads: BTreeMap<_, _> = config.cuts().into_iter().map(load).collect();
+    let loads: BTreeMap<_, Vec<_>> = config.cuts().into_iter().map(load).collect();
     let score_root = config.scale.score_root_ns.unwrap_or(recording.score_root_ns);
     let simulated = tasks(config).into_par_iter().map(|task| {
         let cluster = cluster(config, &task, score_root);
-        let load = &loads[&task.point.depths];
+        let compressed = config.run.compression.iter().position(|&c| c == task.compression);
+        let load = &loads[&task.point.depths][compressed.expect("it is of the configuration")];
         let sample = |seed| {
             if interrupt.load(Ordering::Relaxed) {
                 return None;
@@ -110,7 +114,7 @@ pub fn run(
 }
 
 fn described(task: Task, cluster: &Cluster, samples: Vec<Outcome>) -> Simulated {
-    let Task { varied, point, rule, copies } = task;
+    let Task { varied, point, rule, copies, compression } = task;
     let Point { scenarios, depths, buffer, nodes } = point;
     let x = match varied {
         Varied::Nothing | Varied::Scenarios => f64::from(scenarios.get()),
@@ -128,6 +132,7 @@ fn described(task: Task, cluster: &Cluster, samples: Vec<Outcome>) -> Simulated 
         workers: cluster.workers(),
         matchmaker: rule,
         copies,
+        compression,
         samples,
     }
 }
@@ -157,8 +162,11 @@ fn tasks(config: &Config) -> Vec<Task> {
     let mut tasks = Vec::new();
     for (varied, point) in points(config) {
         for &copies in &config.run.copies {
-            for &rule in &config.run.matchmakers {
-                tasks.push(Task { varied, point: point.clone(), rule, copies });
+            for &compression in &config.run.compression {
+                for &rule in &config.run.matchmakers {
+                    let point = point.clone();
+                    tasks.push(Task { varied, point, rule, copies, compression });
+                }
             }
         }
     }

@@ -10,7 +10,9 @@ use super::file::{
     ConfigFile, GroupFile, LinkFile, MemoryFile, MessagesFile, RunFile, ScaleFile, SweepFile,
 };
 use super::{Config, Group, Point, Run, Scale, Sweep};
-use crate::scene::{Distribution, SceneError, Source, Spanned, buffer_kilobytes, buffer_scenarios};
+use crate::scene::{
+    Compression, Distribution, SceneError, Source, Spanned, buffer_kilobytes, buffer_scenarios,
+};
 
 /// Of all nodes together: ten times what there is a configuration for.
 const MOST_WORKERS: i64 = 100_000;
@@ -66,7 +68,13 @@ impl Checker<'_> {
         })
     }
 
-    fn positive_or<V>(&self, value: Option<&Spanned<f64>>, key: &str, default: V, map: impl Fn(f64) -> V) -> Checked<V> {
+    fn positive_or<V>(
+        &self,
+        value: Option<&Spanned<f64>>,
+        key: &str,
+        default: V,
+        map: impl Fn(f64) -> V,
+    ) -> Checked<V> {
         value.map_or(Ok(default), |value| self.positive(value, key).map(map))
     }
 
@@ -83,7 +91,8 @@ impl Checker<'_> {
         let text = name.get_ref();
         let is_stem = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
         if text.is_empty() || !text.chars().all(is_stem) {
-            let reason = format!("'{text}' cannot be the stem of a file: write letters, digits, - and _");
+            let reason =
+                format!("'{text}' cannot be the stem of a file: write letters, digits, - and _");
             return Err(self.0.wrong(name, "name", reason));
         }
         Ok(text.clone())
@@ -97,7 +106,12 @@ impl Checker<'_> {
                 node: Node {
                     cores: self.whole(&file.cores, "nodes.cores", (1, MOST_WORKERS))?,
                     speed: self.positive_or(file.speed.as_ref(), "nodes.speed", 1.0, |x| x)?,
-                    memory_bytes: self.positive_or(memory, "nodes.memory_gigabytes", f64::INFINITY, |gb| gb * 1e9)?,
+                    memory_bytes: self.positive_or(
+                        memory,
+                        "nodes.memory_gigabytes",
+                        f64::INFINITY,
+                        |gb| gb * 1e9,
+                    )?,
                 },
             })
         };
@@ -105,7 +119,9 @@ impl Checker<'_> {
         let workers = checked.iter().map(|g: &Group| i64::from(g.count) * i64::from(g.node.cores));
         match workers.sum() {
             1..=MOST_WORKERS => Ok(checked),
-            n => Err(self.0.wrong(groups, "nodes", format!("{n} cores are not 1 to {MOST_WORKERS}"))),
+            n => {
+                Err(self.0.wrong(groups, "nodes", format!("{n} cores are not 1 to {MOST_WORKERS}")))
+            }
         }
     }
 
@@ -158,7 +174,9 @@ impl Checker<'_> {
             let key = "scale.serial_s";
             let seconds = self.positive(value, key)?;
             if serial_s.last().is_some_and(|&before| before >= seconds) {
-                let reason = format!("{seconds} is not above the one before: each is from the first scenario on");
+                let reason = format!(
+                    "{seconds} is not above the one before: each is from the first scenario on"
+                );
                 return Err(self.0.wrong(value, key, reason));
             }
             serial_s.push(seconds);
@@ -198,7 +216,9 @@ impl Checker<'_> {
         })?;
         let bytes = match &file.buffer.kilobytes {
             None => u64::MAX,
-            Some(value) => 1000 * self.value(value, "run.buffer.kilobytes", buffer_kilobytes)?.get(),
+            Some(value) => {
+                1000 * self.value(value, "run.buffer.kilobytes", buffer_kilobytes)?.get()
+            }
         };
         let samples = match &file.samples {
             None => 1,
@@ -212,7 +232,11 @@ impl Checker<'_> {
             point: Point {
                 scenarios: self.scenarios(&file.scenarios, "run.scenarios")?,
                 depths,
-                buffer: self.value(&file.buffer.scenarios, "run.buffer.scenarios", buffer_scenarios)?,
+                buffer: self.value(
+                    &file.buffer.scenarios,
+                    "run.buffer.scenarios",
+                    buffer_scenarios,
+                )?,
                 nodes,
             },
             buffer_bytes: bytes,
@@ -220,6 +244,10 @@ impl Checker<'_> {
             copies: match &file.copies {
                 None => vec![Copies::Process],
                 Some(copies) => self.each_once(copies, "run.copies")?,
+            },
+            compression: match &file.compression {
+                None => vec![Compression::None],
+                Some(compression) => self.each_once(compression, "run.compression")?,
             },
             samples: NonZeroU32::new(samples).expect("it is at least 1"),
             match_seed: seed.into(),
@@ -251,7 +279,11 @@ impl Checker<'_> {
             scenarios: all(&file.scenarios, "sweep.scenarios")?,
             depths: depths.collect::<Checked<_>>()?,
             buffer: buffer.collect::<Checked<_>>()?,
-            nodes: file.nodes.iter().map(|value| self.nodes(value, groups)).collect::<Checked<_>>()?,
+            nodes: file
+                .nodes
+                .iter()
+                .map(|value| self.nodes(value, groups))
+                .collect::<Checked<_>>()?,
         })
     }
 
@@ -265,7 +297,8 @@ impl Checker<'_> {
             counts.len() == groups.len() && checked.iter().any(|&count| count > 0)
         });
         checked.ok_or_else(|| {
-            let reason = "is not a number of nodes for each group, up to its count, at least one in all";
+            let reason =
+                "is not a number of nodes for each group, up to its count, at least one in all";
             self.0.wrong(value, "sweep.nodes", reason)
         })
     }

@@ -6,7 +6,7 @@ use serde::Deserialize;
 
 use super::super::machine::{Copies, MasterPlace};
 use super::AnalysisCost;
-use crate::scene::{MatchRule, Spanned};
+use crate::scene::{Compression, MatchRule, Spanned};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -92,6 +92,7 @@ pub struct RunFile {
     pub buffer: BufferFile,
     pub matchmakers: Spanned<Vec<MatchRule>>,
     pub copies: Option<Spanned<Vec<Copies>>>,
+    pub compression: Option<Spanned<Vec<Compression>>>,
     pub samples: Option<Spanned<i64>>,
     pub match_seed: Option<Spanned<i64>>,
 }

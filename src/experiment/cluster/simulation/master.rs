@@ -47,7 +47,10 @@ enum Step {
     /// Sleeps until a message comes.
     Idle,
     Waking,
-    Assigning { scenario: u32, is_analysed: bool },
+    Assigning {
+        scenario: u32,
+        is_analysed: bool,
+    },
     Sending(Outgoing),
     Blocked,
     Receiving(Heard),
@@ -60,8 +63,8 @@ impl Simulation<'_> {
         let mut told = vec![false; self.nodes.len()];
         for client in 0..self.workers.len() {
             let node = self.workers[client].node;
-            let is_short = self.cluster.is_in_place(node)
-                || self.cluster.copies == Copies::Node && told[node];
+            let is_short =
+                self.cluster.is_in_place(node) || self.cluster.copies == Copies::Node && told[node];
             told[node] = true;
             for outline in self.load.outline_bytes {
                 let bytes = if is_short { SMALL_MESSAGE } else { outline };
@@ -162,7 +165,8 @@ impl Simulation<'_> {
             self.tally.first_task.get_or_insert(self.events.now());
             self.tally.tasks += 1;
             self.add_subtrees(client, &task);
-            let pairs = task.batch.iter().map(|b| self.load.scenario(b.scenario).root_pairs as usize);
+            let pairs =
+                task.batch.iter().map(|b| self.load.scenario(b.scenario).root_pairs as usize);
             let pairs = if self.cluster.is_all_in_place() { 0 } else { pairs.sum() };
             let scenarios: Vec<_> = task.batch.iter().map(|b| b.scenario).collect();
             let bytes = Job::batch_bytes(scenarios.len(), pairs) as f64;
@@ -248,7 +252,8 @@ impl Simulation<'_> {
             Heard::TreeTaken { .. } => 0,
             Heard::Answers { scenarios, .. } => scenarios.len(),
         };
-        let work = messages.of_receiving(reply_bytes(results)) + results as Time * messages.delivery;
+        let work =
+            messages.of_receiving(reply_bytes(results)) + results as Time * messages.delivery;
         self.tally.receiving += work;
         self.take_step(Step::Receiving(heard), work);
     }
@@ -271,7 +276,8 @@ impl Simulation<'_> {
 
 /// Bytes of a reply with so many answers.
 pub(super) fn reply_bytes(answers: usize) -> f64 {
-    (size_of::<crate::wire::ReplyHeader>() + answers * size_of::<crate::wire::AnswerRecord>()) as f64
+    (size_of::<crate::wire::ReplyHeader>() + answers * size_of::<crate::wire::AnswerRecord>())
+        as f64
 }
 
 /// Subtrees that travel together.

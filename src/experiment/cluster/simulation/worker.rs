@@ -9,7 +9,9 @@ use super::{Event, Simulation};
 
 /// What the master sends.
 pub(super) enum Message {
-    Tree { bytes: f64 },
+    Tree {
+        bytes: f64,
+    },
     Subtrees(Bundle),
     Task {
         number: u64,
