@@ -132,6 +132,8 @@ fn engine(options: &EngineOptions) -> Result<Table, Unwritable> {
         ("matchmaker", options.matchmaker.name().into()),
         ("match_seed", number("match_seed", options.match_seed)?),
         ("buffer", buffer.into()),
+        ("compress", options.compress.name().into()),
+        ("subtrees_from", options.subtrees_from.name().into()),
         ("restarts", options.restarts.into()),
         ("patience_s", options.patience.as_secs_f64().into()),
         ("slowdowns", slowdowns.into()),
