@@ -13,6 +13,7 @@ mod plan;
 mod results;
 mod resume;
 mod stats;
+mod view;
 
 use std::collections::BTreeMap;
 use std::fs;
