@@ -9,6 +9,7 @@ mod effects;
 mod experiment;
 mod interrupt;
 mod plan;
+mod report;
 mod results;
 mod resume;
 mod stats;
