@@ -10,6 +10,7 @@ mod effects;
 mod experiment;
 mod interrupt;
 mod plan;
+mod report;
 mod results;
 mod resume;
 mod stats;
