@@ -16,7 +16,7 @@ use crate::experiment::latency::{self, LatencyError, LatencyOptions, LatencyRow}
 use crate::experiment::throughput::{self, Load, ThroughputError, ThroughputRow};
 use crate::report::figure::{Axis, Figure, Point, Series};
 use crate::report::{Machine, Versions};
-use crate::scene::{MatchRule, Transport};
+use crate::scene::{EngineOptions, MatchRule, Transport};
 use crate::transport::WakeUp;
 use crate::tree::{Accuracy, BuildOptions};
 
@@ -135,7 +135,14 @@ fn latency_figure(rows: &[LatencyRow]) -> Figure {
 
 pub(super) fn engine(args: BenchEngineArgs) -> Result<(), Failure> {
     let interrupt = interrupt::on_ctrl_c().context("cannot listen to Ctrl-C")?;
-    let scene = scene_of(&args.scene)?;
+    let transports = or_all(args.over, &Transport::ALL);
+    let mut asked = args.scene;
+    asked.engine.transport = transports.first().copied();
+    let scene = scene_of(&asked)?;
+    for &transport in &transports {
+        let engine = EngineOptions { transport, ..scene.engine.clone() };
+        engine.check().map_err(Failure::usage)?;
+    }
     if scene.accuracy != Accuracy::EXACT {
         return Err(Failure::usage(anyhow!(
             "accuracy {}: engines are compared with exact answers only; see `bumper accuracy`",
@@ -162,7 +169,7 @@ pub(super) fn engine(args: BenchEngineArgs) -> Result<(), Failure> {
     };
     let match_rules = or_all(args.match_rules, &MatchRule::ALL);
     let mut rows = Vec::new();
-    for transport in or_all(args.over, &Transport::ALL) {
+    for transport in transports {
         for &matchmaker in &match_rules {
             for &workers in &workers {
                 let activity = terminal::activity("measuring");

@@ -62,6 +62,7 @@ pub(super) fn override_scene(scene: &mut Scene, args: &SceneArgs) -> Result<(), 
     scene.engine.workers = args.workers.or(scene.engine.workers);
     scene.accuracy = args.accuracy.unwrap_or(scene.accuracy);
     override_engine(&mut scene.engine, &args.engine);
+    scene.engine.check().map_err(Failure::usage)?;
     if let Some(mesh) = &args.fixed {
         scene.fixed.mesh = mesh.clone();
     }
@@ -158,6 +159,7 @@ fn override_engine(engine: &mut EngineOptions, args: &EngineArgs) {
     engine.buffer_scenarios = args.buffer_scenarios.unwrap_or(engine.buffer_scenarios);
     engine.buffer_kilobytes = args.buffer_kilobytes.or(engine.buffer_kilobytes);
     engine.start_from = args.start_from.or(engine.start_from);
+    engine.compress = args.compress.unwrap_or(engine.compress);
     engine.restarts = args.restarts.unwrap_or(engine.restarts);
     engine.patience = args.patience.unwrap_or(engine.patience);
     if let Some(slowdowns) = &args.slowdowns {

@@ -3,6 +3,8 @@
 use std::fmt::Write;
 
 use crate::report::{CostFit, EffectSummary, Summary, TreeCosts};
+use crate::scene::Compression;
+use crate::scheduler::client_manager::TransferReport;
 use crate::tree::Accuracy;
 use crate::tree::cache::CacheOutcome;
 
@@ -32,6 +34,9 @@ pub(super) fn summary_text(summary: &Summary) -> String {
     line("a scenario", format!("{} mean, {} p99", short(compute_us.mean), short(compute_us.p99)));
     line("workers", workers(summary));
     line("bytes copied", copied(summary));
+    if summary.transfer.compress != Compression::None {
+        line("compressed", compressed(&summary.transfer));
+    }
     if summary.effects.len() > 1 {
         text += &effects_table(&summary.effects);
     }
@@ -123,6 +128,13 @@ fn copied(summary: &Summary) -> String {
         summary.worker_reports.iter().map(|w| grouped(w.geometry_bytes_copied)).collect();
     let own = if summary.bytes_copied == 0 { "0".to_owned() } else { per_worker.join(", ") };
     format!("{own} per worker, {} for all of them", grouped(summary.bytes_published))
+}
+
+/// What each subtree is, once.
+fn compressed(transfer: &TransferReport) -> String {
+    let TransferReport { compress_s, bytes_plain, bytes_packed, .. } = transfer;
+    let [plain, packed] = [bytes_plain, bytes_packed].map(|bytes| grouped(*bytes));
+    format!("{plain} bytes of subtrees to {packed}, {compress_s:.3} s")
 }
 
 fn seconds(seconds: f64) -> String {

@@ -13,7 +13,7 @@ mod tree_costs;
 
 pub use cost_fit::CostFit;
 pub use machine::Machine;
-pub use output::{DEFORMED, OutputDir, OutputError, Outputs, ResultFiles};
+pub use output::{DEFORMED, OutputDir, OutputError, Outputs, ResultFiles, SCENE};
 pub use summary::{MeshSummary, SceneSummary, Summary, Times, Versions};
 pub use tally::{ComputeTimes, EffectSummary, Tally};
 pub use tree_costs::TreeCosts;

@@ -11,6 +11,7 @@ use super::sample::{Facts, Sample};
 use super::store::Kept;
 use crate::report::figure::{Figure, Table};
 use crate::report::{Machine, Versions};
+use crate::scene::Compression;
 
 /// Of all samples that there are, be they all that are to be or not.
 #[derive(Clone, Debug, Serialize)]
@@ -83,6 +84,9 @@ impl View<'_> {
             notes.push(format!(
                 "{name}: over {transport} workers use the geometry in place: no subtree is sent"
             ));
+        }
+        if evaluation.models.iter().any(|one| one.scene.engine.compress != Compression::None) {
+            notes.push("subtrees are sent compressed, and what was sent is counted so".to_owned());
         }
         if self.samples.iter().any(|sample| self.is_oversubscribed(sample)) {
             let cores = self.cores;

@@ -11,10 +11,11 @@ mod supply;
 use std::io;
 
 use super::collection::BadReply;
-pub use super::engine_report::{EngineReport, WorkerReport};
+pub use super::engine_report::{EngineReport, TransferReport, WorkerReport};
 use crate::effects::Plan;
 use crate::effects::layout::Sayings;
 use crate::geometry::Pose;
+use crate::scene::NothingSent;
 use crate::transport::{TransportError, WorkerId};
 use crate::tree::descent::Pair;
 use crate::tree::roots::Cut;
@@ -78,6 +79,8 @@ pub enum EngineError {
     TooManyScenarios(usize),
     #[error("workers see the trees from the top only where they share memory with the master")]
     TopNotShared,
+    #[error(transparent)]
+    NothingSent(#[from] NothingSent),
     #[error("the engine has stopped in the middle of a run: start another")]
     Stopped,
     #[error(transparent)]

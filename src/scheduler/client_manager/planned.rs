@@ -3,11 +3,12 @@
 use std::sync::Arc;
 
 use super::MeshId;
+use super::supply::SentTree;
 use crate::effects::Plan;
 use crate::effects::layout::Layout;
+use crate::scene::Compression;
 use crate::tree::TreeImage;
 use crate::tree::roots::Cut;
-use crate::tree::subtree::Subtrees;
 use crate::wire::{InPlaceTree, JobHeader, PlanMessage, plan_in_place};
 
 pub(super) struct Planned {
@@ -17,7 +18,15 @@ pub(super) struct Planned {
     /// Where workers can read it, if there is such a place.
     pub published: Option<u32>,
     text: Vec<u8>,
-    parts: Vec<(u32, MeshId, Arc<TreeImage>)>,
+    /// The number of each tree, and what a worker is told of it.
+    parts: Vec<(u32, Vec<Message>)>,
+}
+
+/// How workers come by the trees of a plan.
+#[derive(Clone, Copy)]
+pub(super) enum Parts {
+    InPlace,
+    Sent(Compression),
 }
 
 /// A message, in parts.
@@ -25,9 +34,18 @@ type Message = Vec<Vec<u8>>;
 
 impl Planned {
     /// `parts`: the trees by their numbers.
-    pub(super) fn new(number: u32, plan: &Plan, parts: Vec<(u32, MeshId, Arc<TreeImage>)>) -> Self {
+    pub(super) fn new(
+        number: u32,
+        plan: &Plan,
+        parts: &[(u32, MeshId, Arc<TreeImage>)],
+        how: Parts,
+    ) -> Self {
         let numbers = parts.iter().map(|(tree, ..)| *tree).collect();
         let text = PlanMessage { plan: plan.clone(), parts: numbers }.to_bytes();
+        let told = |(tree, mesh, image): &(u32, MeshId, Arc<TreeImage>)| {
+            (*tree, messages(*tree, *mesh, image, how))
+        };
+        let parts = parts.iter().map(told).collect();
         Self { number, layout: plan.layout(), published: None, text, parts }
     }
 
@@ -42,20 +60,22 @@ impl Planned {
             None => self.text.clone(),
         };
         let plan = (self.number, vec![message(&JobHeader::plan(self.number), plan)]);
-        self.parts.iter().map(|part| self.tree(part)).chain([plan])
+        self.parts.iter().cloned().chain([plan])
     }
+}
 
-    fn tree(&self, (tree, mesh, image): &(u32, MeshId, Arc<TreeImage>)) -> (u32, Vec<Message>) {
-        let (tree, cut) = (*tree, Cut::Depth(0));
-        let add = JobHeader::add_tree(tree);
-        if self.published.is_some() {
-            let place = InPlaceTree { mesh: mesh.0, cut }.to_bytes().to_vec();
-            return (tree, vec![message(&add, place)]);
+/// What a worker is told of a tree that it is to have as a whole.
+fn messages(tree: u32, mesh: MeshId, image: &TreeImage, how: Parts) -> Vec<Message> {
+    let (add, cut) = (JobHeader::add_tree(tree), Cut::Depth(0));
+    match how {
+        Parts::InPlace => {
+            vec![message(&add, InPlaceTree { mesh: mesh.0, cut }.to_bytes().to_vec())]
         }
-        let subtrees = Subtrees::new(image.view(), cut);
-        let whole = subtrees.message(0).expect("a tree has a root");
-        let whole = message(&JobHeader::add_subtree(tree), whole);
-        (tree, vec![message(&add, subtrees.outline()), whole])
+        Parts::Sent(compress) => {
+            let sent = SentTree::new(image.view(), cut, compress);
+            let whole = message(&JobHeader::add_subtree(tree), sent.message(0).into_owned());
+            vec![message(&add, sent.outline()), whole]
+        }
     }
 }
 

@@ -11,12 +11,13 @@ use super::supply::Supply;
 use super::{EngineError, ResultSink, ScenarioResult, Work};
 use crate::scheduler::assignment::{Assignment, BufferLimits};
 use crate::scheduler::collection::{BadReply, Collection, Outcome, Said};
-use crate::scheduler::engine_report::{EngineReport, WorkerReport};
+use crate::scheduler::engine_report::{EngineReport, TransferReport, WorkerReport};
 use crate::scheduler::jobs_submitter::JobsSubmitter;
 use crate::scheduler::launch::Launch;
 use crate::scheduler::local_client::LocalClient;
 use crate::scheduler::matchmaker::Matchmaker;
 use crate::scheduler::memory;
+use crate::scheduler::node::Nodes;
 use crate::transport::{MasterEnd, Traffic};
 use crate::tree::roots::PreAnalysis;
 use crate::tree::{Accuracy, TreeImage};
@@ -75,8 +76,12 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
             .map_err(|_| EngineError::TooManyScenarios(work.poses.len()))?;
         let options = &engine.options;
         let is_shared = engine.crew.transport.shared_geometry().is_some();
-        let supply = Supply::new(is_shared, options.start_from, keys, images)?;
         let views = images.map(TreeImage::view);
+        let (supply, transfer) = if is_shared {
+            (Supply::in_place(keys, options.start_from), TransferReport::default())
+        } else {
+            Supply::sent(keys, options.start_from, views, options.compress)?
+        };
         let workers = engine.crew.len();
         let limits = BufferLimits {
             scenarios: options.buffer_scenarios.get(),
@@ -96,6 +101,7 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
             bytes_published: engine.bytes_published,
             bytes_sent: 0,
             relative_data_transfer: 0.0,
+            transfer,
             publish_s: engine.publish_s,
             start_workers_s: 0.0,
             first_result_s: 0.0,
@@ -108,6 +114,7 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
         let plan = planned.as_ref().map(|planned| planned.number);
         let wanted = Wanted { plan, ..work.wanted };
         let clients = std::mem::take(&mut engine.clients);
+        let nodes = std::mem::take(&mut engine.nodes);
         let subtree_bytes = supply.subtree_bytes();
         let traffic_before = (0..workers).map(|client| engine.crew.traffic(client)).collect();
         let restarts_before = (0..workers).map(|client| engine.crew.restarts(client)).collect();
@@ -118,7 +125,14 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
             supply,
             planned,
             wanted,
-            assignment: Assignment::new(clients, scenarios, limits, matchmaker, subtree_bytes),
+            assignment: Assignment::new(
+                clients,
+                nodes,
+                scenarios,
+                limits,
+                matchmaker,
+                subtree_bytes,
+            ),
             collection: Collection::new(workers, trees, views, wanted, layout),
             submitter: JobsSubmitter::new(PreAnalysis::new(
                 views[0],
@@ -140,9 +154,9 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
         })
     }
 
-    /// Gives the clients back.
-    pub(super) fn into_clients(self) -> Vec<LocalClient> {
-        self.assignment.clients
+    /// Gives the clients back, and their nodes.
+    pub(super) fn into_clients(self) -> (Vec<LocalClient>, Nodes) {
+        (self.assignment.clients, self.assignment.nodes)
     }
 
     /// Returns whether it was interrupted.
@@ -229,14 +243,16 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
         })?;
         self.act_on(client, Heard { is_ready: false, ..heard })?;
         self.report.workers[client].died = true;
-        self.engine.forget_given(client);
+        if let Some(node) = self.assignment.nodes.lost_with(client) {
+            self.engine.forget_given(node);
+        }
         self.collection.client_died(client);
         if let Some(scenario) = self.assignment.client_died(client, at) {
             tracing::warn!("scenario {scenario} is set aside: every worker at it has died");
             self.collection.set_aside(scenario);
         }
         if !self.is_ending && self.engine.crew.replace(client) {
-            self.assignment.clients[client].restart();
+            self.assignment.restart(client);
         }
         Ok(())
     }

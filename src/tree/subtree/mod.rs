@@ -6,6 +6,7 @@
 //! puts what comes to its place, so that a descent reads a partial image as it reads a whole one;
 //! what never came costs it nothing.
 
+mod compressed;
 mod message;
 mod outline;
 mod pages;
@@ -13,6 +14,7 @@ mod partial;
 mod sections;
 mod span;
 
+pub use compressed::compressed;
 pub use outline::Subtrees;
 pub use partial::PartialTree;
 
@@ -22,7 +24,7 @@ use super::ImageError;
 use super::roots::RootError;
 
 /// Grows with every change of the messages' meaning.
-pub const MESSAGE_VERSION: u32 = 1;
+pub const MESSAGE_VERSION: u32 = 2;
 
 #[derive(Debug, thiserror::Error)]
 pub enum SubtreeError {

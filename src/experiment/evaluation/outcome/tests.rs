@@ -99,6 +99,15 @@ fn transfer_that_does_not_happen_is_said_and_not_drawn() {
 }
 
 #[test]
+fn compressed_subtrees_are_pointed_out() {
+    let mut evaluation = embedded("buffer", 1);
+    evaluation.models[1].scene.engine.compress = Compression::Lz4;
+    let kept = measured(&evaluation, |_| 1.0);
+    let outcome = Outcome::new(&evaluation, &Value::Null, &kept);
+    assert!(outcome.notes.iter().any(|note| note.contains("compressed")));
+}
+
+#[test]
 fn more_workers_than_cores_and_slow_ones_are_pointed_out() {
     let mut evaluation = embedded("units", 1);
     let cores = Machine::this().cores as u32;
