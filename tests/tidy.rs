@@ -39,11 +39,9 @@ const BACKENDS: &[(&str, &str)] = &[
     ("rand_chacha", "src/scene/random/draw.rs"),
     ("strsim", "src/scene/file.rs"),
     ("flate2", "src/mesh/gzip.rs"),
-    ("base64", "src/mesh/gltf"),
+    ("base64", "src/mesh/base64.rs"),
+    ("getrandom", "src/transport/peer.rs"),
 ];
-
-/// Dependencies that are there for features which others then have; the manifest says why.
-const FEATURES_ONLY: &[&str] = &["getrandom"];
 
 const LONGEST_FILE: usize = 450;
 
@@ -176,8 +174,7 @@ fn every_dependency_is_used() {
     let code: String = library().iter().map(|(_, text)| code(text)).collect();
     for krate in manifest["dependencies"].as_table().unwrap().keys() {
         let krate = krate.replace('-', "_");
-        let is_used = names(&krate, &code) || FEATURES_ONLY.contains(&&*krate);
-        assert!(is_used, "{krate} is a dependency that nothing uses");
+        assert!(names(&krate, &code), "{krate} is a dependency that nothing uses");
     }
 }
 

@@ -9,9 +9,11 @@ use std::time::Duration;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
 
+use super::page_server::Loopback;
 use crate::mesh::MeshSource;
 use crate::scene::{
-    self, Compression, Distribution, MatchRule, Slowdown, StartFrom, Transport, WorkerCount,
+    self, Compression, Distribution, MatchRule, Slowdown, StartFrom, SubtreesFrom, Transport,
+    WorkerCount,
 };
 use crate::transport::WakeUp;
 use crate::tree::Accuracy;
@@ -32,6 +34,8 @@ pub(super) enum Verb {
     Run(RunArgs),
     /// Say what a scene calls for, what is left out, and what a scenario is likely to cost
     Plan(Box<PlanArgs>),
+    /// Make a page to look at a scene, or at the results of a run, in a browser
+    View(Box<ViewArgs>),
     /// What accuracy costs in time, and what is wrong without it: the same scenarios at every level
     Accuracy(Box<AccuracyArgs>),
     /// The paper's evaluation on this machine: what the amount of scenarios, the depth of subtrees, the
@@ -43,6 +47,8 @@ pub(super) enum Verb {
     /// Measure transports and engines
     #[command(subcommand)]
     Bench(BenchVerb),
+    /// Make one page to read of the outputs of run, bench, accuracy, experiment and cluster
+    Report(ReportArgs),
     /// Answer hard cases in every way there is, and count wrong answers
     Check(CheckArgs),
     /// Remove what killed runs of yours left; living ones are not touched
@@ -120,6 +126,12 @@ pub(super) struct RunArgs {
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
 
+    /// Go on with the run that writes to this directory and was killed or interrupted. What is
+    /// answered is kept; its scene is taken, and must be the same where it is given again, but for
+    /// the options of the engine
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "contacts", "stats"])]
+    pub resume: Option<PathBuf>,
+
     /// Write the touching triangles themselves too, as contacts.parquet
     #[arg(long, requires = "out")]
     pub contacts: bool,
@@ -153,6 +165,24 @@ pub(super) struct PlanArgs {
     /// Print one JSON object
     #[arg(long)]
     pub json: bool,
+}
+
+#[derive(Args)]
+pub(super) struct ViewArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+
+    /// File for the page [default: bumper.html, if it is not served]
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+
+    /// Serve the page here until Ctrl-C, to this machine only: 127.0.0.1:8080, or port 0 for any
+    #[arg(long, value_name = "ADDRESS:PORT")]
+    pub serve: Option<Loopback>,
+
+    /// Where built trees are kept [default: bumper in the user's cache directory]
+    #[arg(long, value_name = "DIR")]
+    pub cache_dir: Option<PathBuf>,
 }
 
 #[derive(Args)]
@@ -263,6 +293,11 @@ pub(super) struct EngineArgs {
     #[arg(long, value_parser = one_of(Compression::ALL.map(|c| (c.name(), c))))]
     pub compress: Option<Compression>,
 
+    /// From whom a worker gets a subtree that it lacks, over pipes or sockets: from the master, or from
+    /// a worker that has it
+    #[arg(long, value_parser = one_of(SubtreesFrom::ALL.map(|s| (s.name(), s))))]
+    pub subtrees_from: Option<SubtreesFrom>,
+
     /// How often another worker is started in the place of one that died
     #[arg(long, value_name = "N", value_parser = restarts)]
     pub restarts: Option<u32>,
@@ -341,6 +376,10 @@ pub(super) struct BenchTransportArgs {
     #[arg(long, default_value_t = 0.3, value_parser = seconds)]
     pub seconds: f64,
 
+    /// Directory for bench_transport.json and its figures; files of these names are replaced
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+
     /// Draw the one-way times
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
@@ -371,6 +410,10 @@ pub(super) struct BenchEngineArgs {
     #[arg(long, default_value_t = 2.0, value_parser = seconds)]
     pub seconds: f64,
 
+    /// Directory for bench_engine.json and its figures; files of these names are replaced
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+
     /// Draw the scenarios a second
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
@@ -399,6 +442,21 @@ pub(super) struct MeshInfoArgs {
     /// Print one JSON array
     #[arg(long)]
     pub json: bool,
+}
+
+#[derive(Args)]
+pub(super) struct ReportArgs {
+    /// Directories that those commands wrote to with --out
+    #[arg(required = true, value_name = "DIR")]
+    pub directories: Vec<PathBuf>,
+
+    /// The page: one HTML file that needs nothing else
+    #[arg(long, value_name = "FILE", default_value = "report.html")]
+    pub out: PathBuf,
+
+    /// Directory for the figures as well, each an SVG file
+    #[arg(long, value_name = "DIR")]
+    pub svg: Option<PathBuf>,
 }
 
 #[derive(Args)]

@@ -13,7 +13,7 @@ use super::random::RandomScenarios;
 use super::values::{buffer_kilobytes, buffer_scenarios, patience, positive, restarts};
 use super::{
     Body, Compression, Distribution, EngineOptions, MatchRule, Penetration, Scenarios, Scene,
-    SceneError, Slowdown, StartFrom, Transport, WorkerCount,
+    SceneError, Slowdown, StartFrom, SubtreesFrom, Transport, WorkerCount,
 };
 use crate::geometry::Point;
 use crate::mesh::MeshSource;
@@ -80,6 +80,7 @@ pub(crate) struct EngineFile {
     pub buffer: BufferFile,
     start_from: Option<StartFrom>,
     compress: Option<Compression>,
+    subtrees_from: Option<SubtreesFrom>,
     restarts: Option<Spanned<i64>>,
     patience_s: Option<Spanned<f64>>,
     #[serde(default)]
@@ -265,6 +266,7 @@ impl Source<'_> {
             )?,
             start_from: file.start_from,
             compress: file.compress.unwrap_or(default.compress),
+            subtrees_from: file.subtrees_from.unwrap_or(default.subtrees_from),
             restarts: self.checked(
                 file.restarts.as_ref(),
                 "engine.restarts",

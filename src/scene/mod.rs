@@ -12,7 +12,8 @@ mod values;
 mod written;
 
 pub use engine::{
-    Compression, EngineOptions, MatchRule, NothingSent, Slowdown, StartFrom, Transport,
+    Compression, EngineOptions, MatchRule, NothingSent, Slowdown, StartFrom, SubtreesFrom,
+    Transport,
 };
 pub use error::{PosesError, SceneError};
 pub use file::DEFAULT_SCENE;

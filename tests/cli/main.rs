@@ -10,6 +10,7 @@ mod experiment;
 mod interrupt;
 mod plan;
 mod results;
+mod resume;
 mod stats;
 
 use std::collections::BTreeMap;
