@@ -234,12 +234,13 @@ fn models(
         if all.iter().any(|other| other.name == *name) {
             return Err(source.wrong(&one.name, "models.name", "is that of other models too"));
         }
-        let mut scene = Scene::embedded_default();
-        scene.fixed = model(source, "models.fixed", &one.fixed, Distribution::FIXED)?;
-        scene.moving = model(source, "models.moving", &one.moving, Distribution::MOVING)?;
-        scene.tree = file.tree.kind.unwrap_or_default();
-        scene.scenarios = source.scenarios(&one.scenarios)?;
-        scene.engine = engine.clone();
+        let bodies = [
+            model(source, "models.fixed", &one.fixed, Distribution::FIXED)?,
+            model(source, "models.moving", &one.moving, Distribution::MOVING)?,
+        ];
+        let tree = file.tree.kind.unwrap_or_default();
+        let scenarios = source.scenarios(&one.scenarios)?;
+        let scene = Scene::of_contacts(bodies, tree, scenarios, engine.clone());
         all.push(Models { name: name.clone(), scene });
     }
     if all.is_empty() {
