@@ -13,7 +13,7 @@ use super::random::RandomScenarios;
 use super::values::{buffer_kilobytes, buffer_scenarios, patience, positive, restarts};
 use super::{
     Body, Compression, Distribution, EngineOptions, MatchRule, Penetration, Scenarios, Scene,
-    SceneError, Slowdown, StartFrom, Transport, WorkerCount,
+    SceneError, Slowdown, StartFrom, SubtreesFrom, Transport, WorkerCount,
 };
 use crate::geometry::Point;
 use crate::mesh::MeshSource;
@@ -49,13 +49,13 @@ struct SceneFile {
 
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct TreeFile {
-    kind: Option<TreeKind>,
+pub(crate) struct TreeFile {
+    pub kind: Option<TreeKind>,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct ScenariosFile {
+pub(crate) struct ScenariosFile {
     random: Option<RandomFile>,
     poses: Option<PathBuf>,
     first: Option<Spanned<i64>>,
@@ -71,25 +71,26 @@ struct RandomFile {
 
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct EngineFile {
-    workers: Option<Spanned<i64>>,
-    transport: Option<Transport>,
-    matchmaker: Option<MatchRule>,
+pub(crate) struct EngineFile {
+    pub workers: Option<Spanned<i64>>,
+    pub transport: Option<Transport>,
+    pub matchmaker: Option<Spanned<MatchRule>>,
     match_seed: Option<Spanned<i64>>,
     #[serde(default)]
-    buffer: BufferFile,
+    pub buffer: BufferFile,
     start_from: Option<StartFrom>,
     compress: Option<Compression>,
+    subtrees_from: Option<SubtreesFrom>,
     restarts: Option<Spanned<i64>>,
     patience_s: Option<Spanned<f64>>,
     #[serde(default)]
-    slowdowns: Vec<Spanned<f64>>,
+    pub slowdowns: Vec<Spanned<f64>>,
 }
 
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct BufferFile {
-    scenarios: Option<Spanned<i64>>,
+pub(crate) struct BufferFile {
+    pub scenarios: Option<Spanned<i64>>,
     kilobytes: Option<Spanned<i64>>,
 }
 
@@ -195,7 +196,7 @@ impl Source<'_> {
         }
     }
 
-    fn scenarios(&self, file: &Spanned<ScenariosFile>) -> Result<Scenarios, SceneError> {
+    pub(crate) fn scenarios(&self, file: &Spanned<ScenariosFile>) -> Result<Scenarios, SceneError> {
         let ScenariosFile { random, poses, first } = file.get_ref();
         match (random, poses) {
             (Some(random), None) => match first {
@@ -235,15 +236,15 @@ impl Source<'_> {
         Ok(RandomScenarios { count, seed, penetration })
     }
 
-    fn engine(&self, file: &EngineFile) -> Result<EngineOptions, SceneError> {
+    pub(crate) fn engine(&self, file: &EngineFile) -> Result<EngineOptions, SceneError> {
         let workers = self.checked(file.workers.as_ref(), "engine.workers", None, |n| {
             WorkerCount::new(n).map(Some)
         })?;
         let default = EngineOptions::default();
-        let (transport, matchmaker) = (file.transport, file.matchmaker);
+        let matchmaker = file.matchmaker.as_ref().map(|rule| *rule.get_ref());
         Ok(EngineOptions {
             workers,
-            transport: transport.unwrap_or(default.transport),
+            transport: file.transport.unwrap_or(default.transport),
             matchmaker: matchmaker.unwrap_or(default.matchmaker),
             match_seed: self.checked(
                 file.match_seed.as_ref(),
@@ -265,6 +266,7 @@ impl Source<'_> {
             )?,
             start_from: file.start_from,
             compress: file.compress.unwrap_or(default.compress),
+            subtrees_from: file.subtrees_from.unwrap_or(default.subtrees_from),
             restarts: self.checked(
                 file.restarts.as_ref(),
                 "engine.restarts",
@@ -289,14 +291,14 @@ impl Source<'_> {
         factors.iter().map(one).collect()
     }
 
-    fn resolve_mesh(&self, mesh: MeshSource) -> MeshSource {
+    pub(crate) fn resolve_mesh(&self, mesh: MeshSource) -> MeshSource {
         match mesh {
             MeshSource::File(path) => MeshSource::File(self.folder.join(path)),
             builtin @ MeshSource::Builtin(_) => builtin,
         }
     }
 
-    pub(super) fn checked<T: Copy, V, E: Display>(
+    pub(crate) fn checked<T: Copy, V, E: Display>(
         &self,
         value: Option<&Spanned<T>>,
         key: &str,

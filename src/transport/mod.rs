@@ -47,6 +47,7 @@ use std::time::Duration;
 mod attach;
 pub mod descriptors;
 mod message;
+pub mod peer;
 pub mod shared_memory;
 pub mod stream;
 pub mod threads;

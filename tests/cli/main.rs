@@ -7,9 +7,11 @@ mod check;
 mod clean;
 mod cluster;
 mod effects;
+mod experiment;
 mod interrupt;
 mod plan;
 mod results;
+mod resume;
 mod stats;
 
 use std::collections::BTreeMap;

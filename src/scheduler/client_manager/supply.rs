@@ -50,6 +50,7 @@ impl<'a> Supply<'a> {
             compress_s,
             bytes_plain: lengths.iter().map(|(plain, _)| plain).sum(),
             bytes_packed: lengths.iter().map(|(_, packed)| packed).sum(),
+            ..TransferReport::default()
         };
         Ok((Self::Sent(Box::new(trees)), report))
     }
@@ -81,6 +82,14 @@ impl<'a> Supply<'a> {
         match self {
             Self::InPlace { .. } => unreachable!("subtrees without bytes are not asked for"),
             Self::Sent(trees) => trees[side].message(root),
+        }
+    }
+
+    /// Of a subtree, as it is sent.
+    pub(super) fn length(&self, side: usize, root: u32) -> u64 {
+        match self {
+            Self::InPlace { .. } => 0,
+            Self::Sent(trees) => trees[side].length(root),
         }
     }
 
