@@ -5,7 +5,6 @@ mod output;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use std::time::Duration;
 
 use anyhow::{Context, anyhow};
 
@@ -133,7 +132,6 @@ impl Prepared {
             poses: &self.poses,
             engine: self.scene.engine.clone(),
             program: std::env::current_exe().context("cannot find my own executable")?,
-            time: Duration::ZERO,
         };
         let activity = terminal::activity("measuring");
         let validated = validate::validate(config, recording, &load, interrupt);

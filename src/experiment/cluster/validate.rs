@@ -14,7 +14,7 @@ use super::recording::Recording;
 use super::simulation::{Policy, simulate};
 use crate::experiment::latency::{self, LatencyError, LatencyOptions, LatencyRow};
 use crate::experiment::throughput::{self, ThroughputError};
-use crate::scene::{Compression, Transport};
+use crate::scene::{Compression, SubtreesFrom, Transport};
 use crate::scheduler::assignment::BufferLimits;
 use crate::transport::WakeUp;
 
@@ -67,7 +67,7 @@ pub fn validate(
     for _ in 0..ROUNDS {
         for (times, transport) in measured.iter_mut().zip(TRANSPORTS) {
             let combination = (transport, config.run.matchmakers[0], workers as u32);
-            times.push(throughput::measure(load, combination, interrupt)?.scenarios_s);
+            times.push(throughput::measure(load, combination, Duration::ZERO, interrupt)?.scenarios_s);
         }
     }
     let rows = TRANSPORTS.into_iter().zip(messages).zip(measured);
@@ -104,7 +104,7 @@ fn simulated(
     let load = Load::of(recording, cut, Compression::None, &config.scale);
     let (rule, scenarios) = (config.run.matchmakers[0], config.run.point.buffer.get());
     let buffer = BufferLimits { scenarios, bytes: config.run.buffer_bytes };
-    let policy = Policy { rule, seed: config.run.match_seed, buffer };
+    let policy = Policy { rule, from: SubtreesFrom::Master, seed: config.run.match_seed, buffer };
     let cluster = cluster(config, copies, messages);
     simulate(&load, &cluster, &policy, recording.serial_ns.len() as u32).time_s
 }
