@@ -9,6 +9,7 @@ use std::time::Duration;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
 
+use super::page_server::Loopback;
 use crate::mesh::MeshSource;
 use crate::scene::{
     self, Compression, Distribution, MatchRule, Slowdown, StartFrom, SubtreesFrom, Transport,
@@ -33,14 +34,23 @@ pub(super) enum Verb {
     Run(RunArgs),
     /// Say what a scene calls for, what is left out, and what a scenario is likely to cost
     Plan(Box<PlanArgs>),
+    /// Make a page to look at a scene, or at the results of a run, in a browser
+    View(Box<ViewArgs>),
     /// What accuracy costs in time, and what is wrong without it: the same scenarios at every level
     Accuracy(Box<AccuracyArgs>),
+    /// The paper's evaluation on this machine: what the amount of scenarios, the depth of subtrees, the
+    /// buffer and the workers do to speedup and data transfer
+    Experiment(Box<ExperimentArgs>),
+    /// Simulate a cluster that runs a scene, from what the scene costs on this machine
+    Cluster(ClusterArgs),
     /// Look at mesh files
     #[command(subcommand)]
     Mesh(MeshVerb),
     /// Measure transports and engines
     #[command(subcommand)]
     Bench(BenchVerb),
+    /// Make one page to read of the outputs of run, bench, accuracy, experiment and cluster
+    Report(ReportArgs),
     /// Answer hard cases in every way there is, and count wrong answers
     Check(CheckArgs),
     /// Remove what killed runs of yours left; living ones are not touched
@@ -118,6 +128,12 @@ pub(super) struct RunArgs {
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
 
+    /// Go on with the run that writes to this directory and was killed or interrupted. What is
+    /// answered is kept; its scene is taken, and must be the same where it is given again, but for
+    /// the options of the engine
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "contacts", "stats"])]
+    pub resume: Option<PathBuf>,
+
     /// Write the touching triangles themselves too, as contacts.parquet
     #[arg(long, requires = "out")]
     pub contacts: bool,
@@ -154,6 +170,24 @@ pub(super) struct PlanArgs {
 }
 
 #[derive(Args)]
+pub(super) struct ViewArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+
+    /// File for the page [default: bumper.html, if it is not served]
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+
+    /// Serve the page here until Ctrl-C, to this machine only: 127.0.0.1:8080, or port 0 for any
+    #[arg(long, value_name = "ADDRESS:PORT")]
+    pub serve: Option<Loopback>,
+
+    /// Where built trees are kept [default: bumper in the user's cache directory]
+    #[arg(long, value_name = "DIR")]
+    pub cache_dir: Option<PathBuf>,
+}
+
+#[derive(Args)]
 pub(super) struct AccuracyArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
@@ -168,6 +202,84 @@ pub(super) struct AccuracyArgs {
     pub out: Option<PathBuf>,
 
     /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Args)]
+pub(super) struct ExperimentArgs {
+    /// serial (tables 2 and 3 of the paper), scenarios (figure 10), depth (11), buffer (12), units
+    /// (13), or a file like those in config/experiments
+    #[arg(value_name = "NAME|FILE")]
+    pub experiment: PathBuf,
+
+    /// Only these of its pairs of models
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    pub models: Vec<String>,
+
+    /// In the place of the fixed mesh of one pair
+    #[arg(long, value_name = "MESH")]
+    pub fixed: Option<MeshSource>,
+
+    /// In the place of the moving mesh of one pair
+    #[arg(long, value_name = "MESH")]
+    pub moving: Option<MeshSource>,
+
+    /// In the place of the poses of one pair
+    #[arg(long, value_name = "CSV")]
+    pub poses: Option<PathBuf>,
+
+    /// Scenarios of each pair
+    #[arg(long, value_name = "N")]
+    pub count: Option<NonZeroU32>,
+
+    /// Samples of each point
+    #[arg(long, value_name = "N")]
+    pub samples: Option<NonZeroU32>,
+
+    /// Workers, where they are not what is varied
+    #[arg(long, value_name = "N")]
+    pub workers: Option<WorkerCount>,
+
+    /// How the master and its workers reach each other [default: what the experiment says, and that
+    /// is pipe, by which subtrees are sent]
+    #[arg(long, value_parser = one_of(Transport::ALL.map(|t| (t.name(), t))))]
+    pub transport: Option<Transport>,
+
+    /// Directory for points.jsonl, experiment.json and the figures, new or empty [default:
+    /// experiment-NAME]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+
+    /// Go on after the samples that are there
+    #[arg(long)]
+    pub resume: bool,
+
+    /// Print experiment.json
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Args)]
+pub(super) struct ClusterArgs {
+    /// The cluster and what it is given to do (TOML)
+    pub config: PathBuf,
+
+    /// What the scene costs here, reused if it is of this scene and program, otherwise recorded
+    /// anew and kept in this file
+    #[arg(long, value_name = "FILE")]
+    pub recording: Option<PathBuf>,
+
+    /// Directory for cluster.json and a figure of each sweep; files of these names are replaced
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+
+    /// Run the scene for real too, over pipe and over iceoryx2, by as many workers as the cluster
+    /// has, and compare
+    #[arg(long)]
+    pub validate: bool,
+
+    /// Print cluster.json
     #[arg(long)]
     pub json: bool,
 }
@@ -290,6 +402,10 @@ pub(super) struct BenchTransportArgs {
     #[arg(long, default_value_t = 0.3, value_parser = seconds)]
     pub seconds: f64,
 
+    /// Directory for bench_transport.json and its figures; files of these names are replaced
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+
     /// Draw the one-way times
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
@@ -320,6 +436,10 @@ pub(super) struct BenchEngineArgs {
     #[arg(long, default_value_t = 2.0, value_parser = seconds)]
     pub seconds: f64,
 
+    /// Directory for bench_engine.json and its figures; files of these names are replaced
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+
     /// Draw the scenarios a second
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
@@ -348,6 +468,21 @@ pub(super) struct MeshInfoArgs {
     /// Print one JSON array
     #[arg(long)]
     pub json: bool,
+}
+
+#[derive(Args)]
+pub(super) struct ReportArgs {
+    /// Directories that those commands wrote to with --out
+    #[arg(required = true, value_name = "DIR")]
+    pub directories: Vec<PathBuf>,
+
+    /// The page: one HTML file that needs nothing else
+    #[arg(long, value_name = "FILE", default_value = "report.html")]
+    pub out: PathBuf,
+
+    /// Directory for the figures as well, each an SVG file
+    #[arg(long, value_name = "DIR")]
+    pub svg: Option<PathBuf>,
 }
 
 #[derive(Args)]

@@ -3,6 +3,8 @@
 mod chromium;
 mod driving;
 mod png;
+mod report;
+mod viewer;
 
 use chromium::Chromium;
 use serde_json::json;

@@ -5,11 +5,16 @@ mod bad_input;
 mod bench;
 mod check;
 mod clean;
+mod cluster;
 mod effects;
+mod experiment;
 mod interrupt;
 mod plan;
+mod report;
 mod results;
+mod resume;
 mod stats;
+mod view;
 
 use std::collections::BTreeMap;
 use std::fs;
