@@ -14,6 +14,7 @@ mod report;
 mod results;
 mod resume;
 mod stats;
+mod view;
 
 use std::collections::BTreeMap;
 use std::fs;
