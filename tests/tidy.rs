@@ -231,15 +231,16 @@ fn every_unsafe_block_says_why_it_is_sound() {
 fn every_scene_and_cluster_in_config_is_valid() {
     let scenes = files(&["config"], &["toml"]);
     assert!(scenes.iter().any(|(name, _)| name == "config/default.toml"));
-    let is_experiment = |name: &String| name.starts_with("config/experiments/");
-    for (name, _) in scenes.iter().filter(|(name, _)| !is_experiment(name)) {
-        let path = root().join(name);
-        let is_cluster = name.starts_with("config/clusters/") && !name.ends_with("_scene.toml");
-        let read = match is_cluster {
-            true => Config::read(&path).map(drop),
-            false => Scene::read(&path).map(drop),
-        };
-        read.unwrap_or_else(|error| panic!("{error}"));
+    for (name, _) in scenes {
+        let path = root().join(&name);
+        let folder = name.split('/').nth(1).filter(|_| !name.ends_with("_scene.toml"));
+        match folder {
+            // Held by a test of its own.
+            Some("experiments") => continue,
+            Some("clusters") => Config::read(&path).map(drop),
+            _ => Scene::read(&path).map(drop),
+        }
+        .unwrap_or_else(|error| panic!("{error}"));
     }
 }
 

@@ -38,11 +38,11 @@ pub(super) enum Verb {
     View(Box<ViewArgs>),
     /// What accuracy costs in time, and what is wrong without it: the same scenarios at every level
     Accuracy(Box<AccuracyArgs>),
-    /// Simulate a cluster that runs a scene, from what the scene costs on this machine
-    Cluster(ClusterArgs),
     /// The paper's evaluation on this machine: what the amount of scenarios, the depth of subtrees, the
     /// buffer and the workers do to speedup and data transfer
     Experiment(Box<ExperimentArgs>),
+    /// Simulate a cluster that runs a scene, from what the scene costs on this machine
+    Cluster(ClusterArgs),
     /// Look at mesh files
     #[command(subcommand)]
     Mesh(MeshVerb),
@@ -207,30 +207,6 @@ pub(super) struct AccuracyArgs {
 }
 
 #[derive(Args)]
-pub(super) struct ClusterArgs {
-    /// The cluster and what it is given to do (TOML)
-    pub config: PathBuf,
-
-    /// What the scene costs here, reused if it is of this scene and program, otherwise recorded
-    /// anew and kept in this file
-    #[arg(long, value_name = "FILE")]
-    pub recording: Option<PathBuf>,
-
-    /// Directory for cluster.json and a figure of each sweep; files of these names are replaced
-    #[arg(long, value_name = "DIR")]
-    pub out: Option<PathBuf>,
-
-    /// Run the scene for real too, over pipe and over iceoryx2, by as many workers as the cluster
-    /// has, and compare
-    #[arg(long)]
-    pub validate: bool,
-
-    /// Print cluster.json
-    #[arg(long)]
-    pub json: bool,
-}
-
-#[derive(Args)]
 pub(super) struct ExperimentArgs {
     /// serial (tables 2 and 3 of the paper), scenarios (figure 10), depth (11), buffer (12), units
     /// (13), or a file like those in config/experiments
@@ -280,6 +256,30 @@ pub(super) struct ExperimentArgs {
     pub resume: bool,
 
     /// Print experiment.json
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Args)]
+pub(super) struct ClusterArgs {
+    /// The cluster and what it is given to do (TOML)
+    pub config: PathBuf,
+
+    /// What the scene costs here, reused if it is of this scene and program, otherwise recorded
+    /// anew and kept in this file
+    #[arg(long, value_name = "FILE")]
+    pub recording: Option<PathBuf>,
+
+    /// Directory for cluster.json and a figure of each sweep; files of these names are replaced
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+
+    /// Run the scene for real too, over pipe and over iceoryx2, by as many workers as the cluster
+    /// has, and compare
+    #[arg(long)]
+    pub validate: bool,
+
+    /// Print cluster.json
     #[arg(long)]
     pub json: bool,
 }

@@ -67,7 +67,9 @@ pub fn validate(
     for _ in 0..ROUNDS {
         for (times, transport) in measured.iter_mut().zip(TRANSPORTS) {
             let combination = (transport, config.run.matchmakers[0], workers as u32);
-            times.push(throughput::measure(load, combination, Duration::ZERO, interrupt)?.scenarios_s);
+            times.push(
+                throughput::measure(load, combination, Duration::ZERO, interrupt)?.scenarios_s,
+            );
         }
     }
     let rows = TRANSPORTS.into_iter().zip(messages).zip(measured);

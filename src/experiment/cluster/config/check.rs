@@ -11,7 +11,8 @@ use super::file::{
 };
 use super::{Config, Group, Point, Run, Scale, Sweep};
 use crate::scene::{
-    Compression, Distribution, SceneError, Source, Spanned, SubtreesFrom, buffer_kilobytes, buffer_scenarios,
+    Compression, Distribution, SceneError, Source, Spanned, SubtreesFrom, buffer_kilobytes,
+    buffer_scenarios,
 };
 
 /// Of all nodes together: ten times what there is a configuration for.

@@ -57,7 +57,12 @@ fn load(ms: &[Time], subtrees: usize) -> Load {
 }
 
 fn policy(rule: MatchRule, q: u32) -> Policy {
-    Policy { rule, from: SubtreesFrom::Master, seed: 1, buffer: BufferLimits { scenarios: q, bytes: u64::MAX } }
+    Policy {
+        rule,
+        from: SubtreesFrom::Master,
+        seed: 1,
+        buffer: BufferLimits { scenarios: q, bytes: u64::MAX },
+    }
 }
 
 fn run(load: &Load, cluster: &Cluster, rule: MatchRule, q: u32) -> Outcome {
