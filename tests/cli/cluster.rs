@@ -135,7 +135,8 @@ fn shared_memory_in_a_node_and_compression_send_less() {
 fn in_short(place: &Place, name: &str, tree: &str) -> String {
     small(place, "");
     let scene = fs::read_to_string(place.path("scene.toml")).unwrap();
-    let scene = place.write("short_scene.toml", &format!("{scene}tree = {{ kind = \"{tree}\" }}\n"));
+    let scene =
+        place.write("short_scene.toml", &format!("{scene}tree = {{ kind = \"{tree}\" }}\n"));
     let text = fs::read_to_string(format!("{CLUSTERS}/{name}")).unwrap();
     let line = |line: &str| match line.split_once(" = ") {
         Some(("scene", _)) => String::new(),
@@ -178,7 +179,8 @@ fn the_papers_cluster_is_simulated_in_all_four_sweeps() {
     let report = json(&place.path("results/cluster.json"));
     let last = report["points"].as_array().unwrap().last().unwrap();
     assert_eq!((&last["workers"], last["x"].as_f64().unwrap().round()), (&28.into(), 25.0));
-    let boxes = place.write("boxes.toml", &fs::read_to_string(&config).unwrap().replace("short_scene", "scene"));
+    let boxes = place
+        .write("boxes.toml", &fs::read_to_string(&config).unwrap().replace("short_scene", "scene"));
     refused(&place.run(&["cluster", &boxes]), 2, &["scale.analysis", "obb", "wide"]);
 }
 
