@@ -4,6 +4,8 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use bumper::experiment::cluster::config::Config;
+use bumper::experiment::evaluation;
 use bumper::scene::{DEFAULT_SCENE, Scene};
 
 /// A module imports only modules of layers further down (or itself).
@@ -226,12 +228,29 @@ fn every_unsafe_block_says_why_it_is_sound() {
 }
 
 #[test]
-fn every_scene_in_config_is_valid() {
+fn every_scene_and_cluster_in_config_is_valid() {
     let scenes = files(&["config"], &["toml"]);
     assert!(scenes.iter().any(|(name, _)| name == "config/default.toml"));
     for (name, _) in scenes {
-        Scene::read(&root().join(&name)).unwrap_or_else(|error| panic!("{error}"));
+        let path = root().join(&name);
+        let folder = name.split('/').nth(1).filter(|_| !name.ends_with("_scene.toml"));
+        match folder {
+            // Held by a test of its own.
+            Some("experiments") => continue,
+            Some("clusters") => Config::read(&path).map(drop),
+            _ => Scene::read(&path).map(drop),
+        }
+        .unwrap_or_else(|error| panic!("{error}"));
     }
+}
+
+#[test]
+fn every_experiment_in_config_is_part_of_the_program() {
+    let mut names = evaluation::NAMES.map(|name| format!("config/experiments/{name}.toml"));
+    names.sort();
+    let there: Vec<String> =
+        files(&["config/experiments"], &["toml"]).into_iter().map(|(name, _)| name).collect();
+    assert_eq!(there, names);
 }
 
 /// The keys are those that the reader itself lists when it refuses one.

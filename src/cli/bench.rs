@@ -178,8 +178,8 @@ pub(super) fn engine(args: BenchEngineArgs) -> Result<(), Failure> {
         poses: &poses,
         engine: scene.engine.clone(),
         program: std::env::current_exe().context("cannot find my own executable")?,
-        time: Duration::from_secs_f64(args.seconds),
     };
+    let time = Duration::from_secs_f64(args.seconds);
     let workers = match args.worker_counts {
         counts if counts.is_empty() => vec![1, scene.engine.worker_count().get()],
         counts => counts.iter().map(|count| count.get().get()).collect(),
@@ -191,7 +191,7 @@ pub(super) fn engine(args: BenchEngineArgs) -> Result<(), Failure> {
             for &workers in &workers {
                 let activity = terminal::activity("measuring");
                 let combination = (transport, matchmaker, workers);
-                let row = throughput::measure(&load, combination, &interrupt);
+                let row = throughput::measure(&load, combination, time, &interrupt);
                 activity.finish_and_clear();
                 rows.push(row.map_err(|error| match error {
                     ThroughputError::Interrupted => interrupt::before_results(),

@@ -98,6 +98,12 @@ pub(super) fn scene_of(args: &SceneArgs) -> Result<Scene, Failure> {
 
 fn overridden(mut scene: Scene, args: &SceneArgs) -> Result<Scene, Failure> {
     SimdLevel::from_environment().map_err(Failure::usage)?;
+    override_scene(&mut scene, args)?;
+    Ok(scene)
+}
+
+/// With what the command line says, the scene file apart.
+pub(super) fn override_scene(scene: &mut Scene, args: &SceneArgs) -> Result<(), Failure> {
     override_scenarios(&mut scene.scenarios, args)?;
     scene.engine.workers = args.workers.or(scene.engine.workers);
     scene.accuracy = args.accuracy.unwrap_or(scene.accuracy);
@@ -113,7 +119,7 @@ fn overridden(mut scene: Scene, args: &SceneArgs) -> Result<Scene, Failure> {
     scene.fixed.distribution = fixed.unwrap_or(scene.fixed.distribution);
     let moving = args.moving_depth.or(args.moving_subtree_triangles);
     scene.moving.distribution = moving.unwrap_or(scene.moving.distribution);
-    Ok(scene)
+    Ok(())
 }
 
 /// What cannot be had at every level.

@@ -17,6 +17,7 @@ pub use engine::{
 };
 pub use error::{PosesError, SceneError};
 pub use file::DEFAULT_SCENE;
+pub(crate) use file::{EngineFile, ScenariosFile, Source, Spanned, TreeFile};
 pub use poses::read_poses;
 pub use values::{
     Distribution, OutOfRange, Penetration, WorkerCount, buffer_kilobytes, buffer_scenarios,

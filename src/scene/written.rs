@@ -3,11 +3,15 @@
 
 use std::path::{Path, absolute};
 
+use serde::Serialize;
 use toml::{Table, Value};
 
+use super::file::VERSION;
 use super::{Body, EngineOptions, Scenarios, Scene};
+use crate::effects::Asked;
 use crate::mesh::MeshSource;
 use crate::tree::roots::Cut;
+use crate::tree::{Accuracy, TreeKind};
 
 /// What no scene file can hold.
 #[derive(Debug, thiserror::Error)]
@@ -19,8 +23,29 @@ pub enum Unwritable {
 }
 
 impl Scene {
+    /// Of which nothing but all contacts, exactly, is asked.
+    pub fn of_contacts(
+        [fixed, moving]: [Body; 2],
+        tree: TreeKind,
+        scenarios: Scenarios,
+        engine: EngineOptions,
+    ) -> Self {
+        let (accuracy, effects) = (Accuracy::EXACT, Asked::default());
+        let file = table([("version", VERSION.into())]);
+        Self { fixed, moving, tree, accuracy, scenarios, engine, effects, file }
+    }
+
     /// Reads as the same scene from any directory: paths are absolute.
     pub fn to_toml(&self) -> Result<String, Unwritable> {
+        Ok(toml::to_string(&self.table()?).expect("a table of TOML values"))
+    }
+
+    /// The same as values, to be written otherwise.
+    pub fn values(&self) -> Result<impl Serialize + use<>, Unwritable> {
+        self.table()
+    }
+
+    fn table(&self) -> Result<Table, Unwritable> {
         let mut table = self.file.clone();
         table.insert("accuracy".into(), self.accuracy.to_string().into());
         for (key, body) in [("fixed", &self.fixed), ("moving", &self.moving)] {
@@ -29,7 +54,7 @@ impl Scene {
         inner(&mut table, "tree").insert("kind".into(), self.tree.to_string().into());
         table.insert("scenarios".into(), scenarios(&self.scenarios)?.into());
         table.insert("engine".into(), engine(&self.engine)?.into());
-        Ok(toml::to_string(&table).expect("a table of TOML values"))
+        Ok(table)
     }
 }
 
@@ -83,6 +108,7 @@ fn write_body(table: &mut Table, body: &Body) -> Result<(), Unwritable> {
     };
     table.insert(cut.into(), value.into());
     table.remove(other);
+    table.insert("offset_m".into(), body.offset.to_vec().into());
     Ok(())
 }
 
@@ -116,6 +142,8 @@ fn engine(options: &EngineOptions) -> Result<Table, Unwritable> {
         ("matchmaker", options.matchmaker.name().into()),
         ("match_seed", number("match_seed", options.match_seed)?),
         ("buffer", buffer.into()),
+        ("compress", options.compress.name().into()),
+        ("subtrees_from", options.subtrees_from.name().into()),
         ("restarts", options.restarts.into()),
         ("patience_s", options.patience.as_secs_f64().into()),
         ("slowdowns", slowdowns.into()),
@@ -123,6 +151,8 @@ fn engine(options: &EngineOptions) -> Result<Table, Unwritable> {
     engine.extend(options.workers.map(|count| ("workers".to_owned(), count.get().get().into())));
     let start_from = options.start_from.map(|from| ("start_from".to_owned(), from.name().into()));
     engine.extend(start_from);
+    engine.insert("compress".into(), options.compress.name().into());
+    engine.insert("subtrees_from".into(), options.subtrees_from.name().into());
     Ok(engine)
 }
 

@@ -5,6 +5,7 @@ mod tasks;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use super::crew::Crew;
 use super::engine::{Engine, TreeKey};
 use super::planned::Planned;
 use super::supply::Supply;
@@ -15,7 +16,7 @@ use crate::scheduler::collection::{BadReply, Collection, Outcome, Said};
 use crate::scheduler::engine_report::{EngineReport, TransferReport, WorkerReport};
 use crate::scheduler::jobs_submitter::JobsSubmitter;
 use crate::scheduler::launch::Launch;
-use crate::scheduler::local_client::LocalClient;
+use crate::scheduler::local_client::{LocalClient, SubtreeBytes};
 use crate::scheduler::matchmaker::Matchmaker;
 use crate::scheduler::memory;
 use crate::scheduler::node::Nodes;
@@ -122,12 +123,7 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
         let nodes = std::mem::take(&mut engine.nodes);
         let subtree_bytes = supply.subtree_bytes();
         let asks_workers = engine.options.subtrees_from == SubtreesFrom::Workers;
-        let sources = asks_workers.then(|| {
-            let mut sources = Sources::new(&nodes, subtree_bytes.clone());
-            let serving = (0..workers).filter(|&client| engine.crew.name(client).is_some());
-            serving.for_each(|client| sources.opens(nodes.of(client)));
-            sources
-        });
+        let sources = asks_workers.then(|| sources(&engine.crew, &nodes, subtree_bytes.clone()));
         let traffic_before = (0..workers).map(|client| engine.crew.traffic(client)).collect();
         let restarts_before = (0..workers).map(|client| engine.crew.restarts(client)).collect();
         Ok(Self {
@@ -367,6 +363,18 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
         report.relative_data_transfer = report.bytes_sent as f64 / self.tree_bytes as f64;
         Ok(report)
     }
+}
+
+/// As the workers' earlier runs have left them.
+fn sources<T: MasterEnd, L: Launch<T::Attach>>(
+    crew: &Crew<T, L>,
+    nodes: &Nodes,
+    bytes: SubtreeBytes,
+) -> Sources {
+    let mut sources = Sources::new(nodes, bytes);
+    let serving = (0..crew.len()).filter(|&client| crew.name(client).is_some());
+    serving.for_each(|client| sources.opens(nodes.of(client)));
+    sources
 }
 
 /// What a worker's messages said.
