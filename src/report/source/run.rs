@@ -5,13 +5,12 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 
 use super::scenarios::{Column, Scenarios};
-use super::{Body, ReadFile, Shown, SourceError, listed, table};
+use super::{Body, ReadFile, Shown, SourceError, listed, table, unfinished};
 use crate::report::Drawing;
 use crate::report::figure::{Axis, Figure, Point, Scale, Series, Table, grouped, number};
 
 #[derive(Deserialize)]
 struct Run {
-    interrupted: bool,
     accuracy: String,
     scenarios: u64,
     scenarios_asked: u64,
@@ -134,6 +133,7 @@ pub(super) fn show(file: &ReadFile<'_>) -> Result<Shown, SourceError> {
     ];
     Ok(Shown {
         heading: format!("Run: {} against {}", run.scene.fixed.name(), run.scene.moving.name()),
+        notes: unfinished(run.scenarios, run.scenarios_asked),
         drawings: drawings.into_iter().flatten().map(Drawing::from).collect(),
         tables: tables.into_iter().flatten().collect(),
     })
@@ -249,12 +249,11 @@ fn totals(run: &Run) -> Table {
         let (triangles, bytes) = (grouped(mesh.triangles), grouped(mesh.tree_bytes));
         format!("{}: {triangles} triangles, tree of {bytes} bytes", body.name())
     };
-    let stopped = if run.interrupted { ", interrupted" } else { "" };
     let asked = grouped(run.scenarios_asked);
     let rows = [
         ("fixed", mesh(&run.scene.fixed, &run.fixed)),
         ("moving", mesh(&run.scene.moving, &run.moving)),
-        ("scenarios", format!("{} of {asked}{stopped}", grouped(run.scenarios))),
+        ("scenarios", format!("{} of {asked}", grouped(run.scenarios))),
         ("set aside", grouped(run.set_aside.len() as u64)),
         ("colliding", grouped(run.colliding)),
         ("pairs", format!("{} ({})", grouped(run.pairs), run.accuracy)),
