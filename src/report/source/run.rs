@@ -14,6 +14,8 @@ struct Run {
     accuracy: String,
     scenarios: u64,
     scenarios_asked: u64,
+    #[serde(default)]
+    answered_before: u64,
     colliding: u64,
     pairs: u64,
     set_aside: Vec<u32>,
@@ -133,10 +135,23 @@ pub(super) fn show(file: &ReadFile<'_>) -> Result<Shown, SourceError> {
     ];
     Ok(Shown {
         heading: format!("Run: {} against {}", run.scene.fixed.name(), run.scene.moving.name()),
-        notes: unfinished(run.scenarios, run.scenarios_asked),
+        notes: notes(&run),
         drawings: drawings.into_iter().flatten().map(Drawing::from).collect(),
         tables: tables.into_iter().flatten().collect(),
     })
+}
+
+fn notes(run: &Run) -> Vec<String> {
+    let mut notes = unfinished(run.scenarios, run.scenarios_asked);
+    if run.answered_before > 0 {
+        let before = grouped(run.answered_before);
+        notes.push(format!("{before} scenarios are an earlier run's: times are of the others"));
+    }
+    if !run.set_aside.is_empty() {
+        let count = grouped(run.set_aside.len() as u64);
+        notes.push(format!("{count} scenarios have no answer: every worker at them died"));
+    }
+    notes
 }
 
 /// The share of scenarios that took at most so long.
@@ -254,7 +269,6 @@ fn totals(run: &Run) -> Table {
         ("fixed", mesh(&run.scene.fixed, &run.fixed)),
         ("moving", mesh(&run.scene.moving, &run.moving)),
         ("scenarios", format!("{} of {asked}", grouped(run.scenarios))),
-        ("set aside", grouped(run.set_aside.len() as u64)),
         ("colliding", grouped(run.colliding)),
         ("pairs", format!("{} ({})", grouped(run.pairs), run.accuracy)),
         ("scenarios a second", number(run.scenarios_per_s)),

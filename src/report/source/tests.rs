@@ -131,10 +131,15 @@ fn a_run_of_nothing_is_shown_too() {
     for empty in ["effects", "worker_reports"] {
         run[empty] = json!([]);
     }
+    run["set_aside"] = json!([0, 1]);
+    run["answered_before"] = 1.into();
     run["compute_us"] = json!({ "mean": 0.0, "median": 0.0, "p99": 0.0, "max": 0.0 });
     let page =
         shown(&[("summary.json", &run.to_string()), ("scenarios.csv", "scenario,colliding\n")]);
-    assert!(page.contains("not finished: 0 of 3 scenarios"), "{page}");
+    for note in ["not finished: 0 of 3", "2 scenarios have no answer", "1 scenarios are an earlier"]
+    {
+        assert!(page.contains(note), "{page}");
+    }
 }
 
 #[test]
