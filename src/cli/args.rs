@@ -42,7 +42,7 @@ pub(super) enum Verb {
     /// What accuracy costs in time, and what is wrong without it: the same scenarios at every level
     Accuracy(Box<AccuracyArgs>),
     /// The paper's evaluation on this machine: what the amount of scenarios, the depth of subtrees, the
-    /// buffer and the workers do to speedup and data transfer
+    /// buffer and the number of cores do to speedup and data transfer
     Experiment(Box<ExperimentArgs>),
     /// Simulate a cluster that runs a scene, from what the scene costs on this machine
     Cluster(ClusterArgs),

@@ -169,13 +169,18 @@ fn names_of_files_are_shown_as_they_are() {
 #[test]
 fn screenshots_are_made_where_they_are_wanted() {
     let Some(folder) = std::env::var_os("BUMPER_SCREENSHOTS") else { return };
-    let (place, arguments) = (Place::new(), ["view", "--count", "60", "--workers", "2"]);
     let Some(mut browser) = Chromium::start() else { return };
-    place.run(&arguments);
+    let place = Place::new();
+    let scene = "version = 1\nfixed.mesh = 'builtin:tracked'\nmoving.mesh = 'builtin:car'\n\
+                 scenarios.random.count = 60\neffects.segments = true\n";
+    fs::write(place.path("scene.toml"), scene).unwrap();
+    place.run(&["view", "scene.toml"]);
     browser.resize([1200, 720]);
     browser.open(&place.path("bumper.html"));
     ready(&mut browser);
-    browser.evaluate("bumper.choose(bumper.list.order[12]); bumper.lookAtAll()");
+    browser.evaluate("bumper.choose(9); bumper.lookAtContacts()");
+    picture(&mut browser);
+    browser.evaluate("bumper.stage.zoom(2.2)");
     picture(&mut browser);
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder).join("viewer.png");
     fs::write(file, browser.screenshot()).unwrap();
