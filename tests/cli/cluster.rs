@@ -52,8 +52,9 @@ fn a_cluster_is_simulated_from_a_recording_of_the_scene() {
         for sample in samples {
             let value = |key: &str| sample[key].as_f64().unwrap();
             assert!(value("speedup") <= value("speedup_bound") + 1e-6, "{sample}");
-            let workers = point["workers"].as_f64().unwrap();
-            assert!((0.0..=workers).contains(&value("relative_data_transfer")), "{sample}");
+            // Messages have headers, and vertices that subtrees share are in each of them.
+            let most = 1.3 * point["workers"].as_f64().unwrap();
+            assert!((0.0..=most).contains(&value("relative_data_transfer")), "{sample}");
         }
     }
     assert_eq!(report["saturation"].as_array().unwrap().len(), 4, "one a matchmaker");
