@@ -22,6 +22,13 @@ impl Message {
         message
     }
 
+    /// The first so many bytes of these words.
+    #[cfg(feature = "mpi")]
+    pub(super) fn of_words(words: Vec<u64>, bytes: usize) -> Self {
+        assert_eq!(words.len(), bytes.div_ceil(size_of::<u64>()));
+        Self { words, bytes }
+    }
+
     /// Makes it that much longer, with zeros.
     pub(super) fn lengthen(&mut self, bytes: usize) {
         self.bytes += bytes;

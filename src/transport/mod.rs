@@ -47,6 +47,9 @@ use std::time::Duration;
 mod attach;
 pub mod descriptors;
 mod message;
+#[cfg(feature = "mpi")]
+pub mod mpi;
+pub mod ranks;
 pub mod shared_memory;
 pub mod stream;
 pub mod threads;
