@@ -6,6 +6,7 @@ use super::local_client::{
     Analysis, Indicators, LocalClient, NewTask, OUTSTANDING_TASKS, SubtreeBytes,
 };
 use super::matchmaker::{Candidate, Matchmaker};
+use super::node::Nodes;
 
 /// How far scenarios are given away beyond the first that has not been answered, in full buffers
 /// for each client. Results wait in memory for all before them, so a client that is stuck must not
@@ -27,6 +28,8 @@ pub struct BufferLimits {
 #[derive(Debug)]
 pub struct Assignment {
     pub clients: Vec<LocalClient>,
+    /// Where the geometry is that they were given.
+    pub nodes: Nodes,
     matchmaker: Matchmaker,
     limits: BufferLimits,
     subtree_bytes: SubtreeBytes,
@@ -45,19 +48,28 @@ pub struct Assignment {
     /// Clients that died at this scenario.
     deaths: BTreeMap<u32, u32>,
     next_task: u64,
+    /// Clients with something in their buffers.
+    buffering: BTreeSet<usize>,
+    /// Scenarios in all buffers together.
+    buffered: usize,
+    /// Clients that are alive.
+    alive: usize,
 }
 
 impl Assignment {
     pub fn new(
         clients: Vec<LocalClient>,
+        nodes: Nodes,
         scenarios: u32,
         limits: BufferLimits,
         matchmaker: Matchmaker,
         subtree_bytes: SubtreeBytes,
     ) -> Self {
         let buffers_ahead = BUFFERS_AHEAD.saturating_mul(clients.len() as u32);
+        let alive = clients.iter().filter(|client| client.is_alive()).count();
         Self {
             clients,
+            nodes,
             matchmaker,
             limits,
             subtree_bytes,
@@ -69,6 +81,9 @@ impl Assignment {
             deferred: BTreeSet::new(),
             deaths: BTreeMap::new(),
             next_task: 0,
+            buffering: BTreeSet::new(),
+            buffered: 0,
+            alive,
         }
     }
 
@@ -98,7 +113,7 @@ impl Assignment {
     }
 
     pub fn is_anyone_alive(&self) -> bool {
-        self.clients.iter().any(LocalClient::is_alive)
+        self.alive > 0
     }
 
     /// Whether somebody takes a scenario now.
@@ -109,39 +124,62 @@ impl Assignment {
     /// Buffers the scenario, which is the next, with the candidate that the matchmaker picks; with
     /// none there is nobody who takes it.
     pub fn assign(&mut self, scenario: u32, analysis: Analysis) -> Option<usize> {
-        let candidates = self.scored(&analysis.indicators);
+        let Analysis { indicators, root_pairs } = analysis;
+        let candidates = self.scored(&indicators);
         let chosen = self.matchmaker.pick(&candidates)?;
-        let client = &mut self.clients[chosen];
-        client.push(scenario, analysis, &self.subtree_bytes);
+        self.clients[chosen].push(scenario, root_pairs);
+        self.nodes.of_client_mut(chosen).give(&indicators, &self.subtree_bytes);
+        self.buffering.insert(chosen);
+        self.buffered += 1;
         if !(self.returned.remove(&scenario) || self.deferred.remove(&scenario)) {
             self.next = scenario + 1;
         }
         Some(chosen)
     }
 
+    /// Clients of one node score alike: the choice is of the node, and in it of the emptiest buffer.
     fn scored(&self, indicators: &Indicators) -> Vec<Candidate> {
-        self.candidates().map(|(index, c)| c.candidate(index, indicators)).collect()
+        let mut scores = vec![None; self.nodes.count()];
+        let scored = |(client, state): (usize, &LocalClient)| {
+            let score = scores[self.nodes.of(client)]
+                .get_or_insert_with(|| self.nodes.of_client(client).score(indicators));
+            Candidate { client, score: *score, load: state.buffered() }
+        };
+        self.candidates().map(scored).collect()
     }
 
-    /// Turns the buffer of a client into a task if it is full, or if nothing more comes for now.
-    pub fn take_task(&mut self, client: usize) -> Option<NewTask> {
-        if self.clients[client].buffered() == 0 || !self.clients[client].has_room_for_task() {
-            return None;
-        }
-        if !self.is_full(client) {
-            return None;
-        }
+    /// Turns a buffer that is full, or that nothing more comes for now, into a task of its client.
+    pub fn take_task(&mut self) -> Option<(usize, NewTask)> {
+        let full = self.full_buffer();
+        // What is suspicious does not go with the others.
+        let is_last = self.next_scenario().is_none_or(|next| self.deferred.contains(&next));
+        let is_due = |&&client: &&usize| {
+            let state = &self.clients[client];
+            let is_full = || {
+                state.buffered() >= full
+                    || self.nodes.of_client(client).added_bytes() >= self.limits.bytes
+            };
+            state.has_room_for_task() && (is_last || is_full())
+        };
+        let client = *self.buffering.iter().find(is_due)?;
         let number = self.next_task;
         self.next_task += 1;
-        Some(self.clients[client].begin_task(number))
+        self.empty_buffer(client);
+        let batch = self.clients[client].begin_task(number);
+        let subtrees = self.nodes.of_client_mut(client).take_added();
+        Some((client, NewTask { number, batch, subtrees }))
     }
 
-    fn is_full(&self, client: usize) -> bool {
-        let client = &self.clients[client];
-        client.buffered() >= self.full_buffer()
-            || client.buffered_bytes() >= self.limits.bytes
-            // What is suspicious does not go with the others.
-            || self.next_scenario().is_none_or(|next| self.deferred.contains(&next))
+    fn empty_buffer(&mut self, client: usize) {
+        if self.buffering.remove(&client) {
+            self.buffered -= self.clients[client].buffered();
+        }
+    }
+
+    /// Another worker is started in the place of a dead one.
+    pub fn restart(&mut self, client: usize) {
+        self.clients[client].restart();
+        self.alive += 1;
     }
 
     /// Takes back what a dead client has not answered. The scenario it died `at`, if it was at one,
@@ -149,6 +187,9 @@ impl Assignment {
     /// not at all. Returns whether it is so set aside.
     pub fn client_died(&mut self, client: usize, at: Option<u32>) -> Option<u32> {
         let mut set_aside = None;
+        self.alive -= usize::from(self.clients[client].is_alive());
+        self.empty_buffer(client);
+        self.nodes.client_died(client);
         for scenario in self.clients[client].die() {
             let deaths = self.deaths.entry(scenario).or_default();
             *deaths += u32::from(at == Some(scenario));
@@ -173,11 +214,9 @@ impl Assignment {
     /// nothing while another still has a whole buffer to answer. Guided self-scheduling
     /// (Polychronopoulos & Kuck 1987), counted in the tasks that all clients can hold.
     fn full_buffer(&self) -> usize {
-        let alive = self.clients.iter().filter(|client| client.is_alive()).count();
-        let buffered: usize = self.clients.iter().map(LocalClient::buffered).sum();
         let untouched = self.end.saturating_sub(self.next) as usize;
-        let left = buffered + self.returned.len() + untouched;
-        let share = left.div_ceil((OUTSTANDING_TASKS * alive).max(1));
+        let left = self.buffered + self.returned.len() + untouched;
+        let share = left.div_ceil((OUTSTANDING_TASKS * self.alive).max(1));
         share.clamp(1, self.limits.scenarios as usize)
     }
 }

@@ -246,6 +246,7 @@ mod tests {
     use super::super::assignment::BufferLimits;
     use super::super::local_client::{Analysis, LocalClient, SubtreeBytes};
     use super::super::matchmaker::Matchmaker;
+    use super::super::node::Nodes;
     use super::*;
     use crate::mesh::TriangleMesh;
     use crate::scene::MatchRule;
@@ -270,13 +271,15 @@ mod tests {
         build(&mesh, BuildOptions { kind: TreeKind::Obb })
     }
 
+    const NO_SUBTREES: SubtreeBytes = [Vec::new(), Vec::new()];
+
     /// Two clients; scenarios 0 and 1 are task 0 of the first, 2 and 3 task 1 of the second.
     fn two_tasks(wanted: Wanted) -> (Collection, Assignment) {
         let clients = vec![LocalClient::default(), LocalClient::default()];
         let limits = BufferLimits { scenarios: 2, bytes: u64::MAX };
         let matchmaker = Matchmaker::new(MatchRule::Best, 2, 0);
         let mut assignment =
-            Assignment::new(clients, 100, limits, matchmaker, SubtreeBytes::default());
+            Assignment::new(clients, Nodes::private(2), 100, limits, matchmaker, NO_SUBTREES);
         let tree = tree();
         let views = [tree.view(), tree.view()];
         let mut collection = Collection::new(2, TREES, views, wanted, Layout::default());
@@ -287,7 +290,7 @@ mod tests {
                 let scenario = assignment.next_scenario().unwrap();
                 assert_eq!(assignment.assign(scenario, Analysis::default()), Some(client));
             }
-            assignment.take_task(client).unwrap();
+            assert_eq!(assignment.take_task().unwrap().0, client);
         }
         (collection, assignment)
     }
@@ -343,7 +346,8 @@ mod tests {
         for scenario in [0, 1] {
             assert_eq!(assignment.assign(scenario, Analysis::default()), Some(1));
         }
-        assert_eq!(assignment.take_task(1).unwrap().number, 2);
+        let (client, task) = assignment.take_task().unwrap();
+        assert_eq!((client, task.number), (1, 2));
         collection
             .take(1, &reply(1, true, &[part(2, 0, 0, 0), part(3, 0, 0, 0)]), &mut assignment)
             .unwrap();

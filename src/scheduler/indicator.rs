@@ -43,6 +43,11 @@ impl ClientIndicator {
         self.given = vec![true];
     }
 
+    /// Switches back to 0 what it was not given after all.
+    pub fn take_back(&mut self, number: u32) {
+        self.given[number as usize] = false;
+    }
+
     /// Switches to 1 what the scenario adds, and tells `added` of each.
     pub fn give(&mut self, scenario: &TreeIndicator, mut added: impl FnMut(u32)) {
         if let Some(&(last, _)) = scenario.taking_part.last() {

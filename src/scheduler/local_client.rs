@@ -2,8 +2,7 @@
 
 use std::collections::VecDeque;
 
-use super::indicator::{ClientIndicator, TreeIndicator};
-use super::matchmaker::Candidate;
+use super::indicator::TreeIndicator;
 use crate::tree::roots::RootPair;
 
 /// Tasks a client may have before it is claimed. The paper's is one; with two, a worker finds the
@@ -77,16 +76,10 @@ pub struct LocalClient {
     state: State,
     /// Scenarios for the next task.
     buffer: Vec<Buffered>,
-    /// Of the subtrees that the next task brings.
-    buffer_bytes: u64,
-    /// Distributed roots that the next task brings.
-    added: [Vec<u32>; 2],
     /// Oldest first, which is the order of the answers.
     tasks: VecDeque<Task>,
     /// Trees that the worker was told of and has not taken yet: so long it is given no task.
     trees_awaited: u32,
-    /// Distributed roots the worker was given: of the fixed and of the moving tree.
-    given: [ClientIndicator; 2],
 }
 
 impl Default for LocalClient {
@@ -94,11 +87,8 @@ impl Default for LocalClient {
         Self {
             state: State::Starting,
             buffer: Vec::new(),
-            buffer_bytes: 0,
-            added: Default::default(),
             tasks: VecDeque::new(),
             trees_awaited: 0,
-            given: Default::default(),
         }
     }
 }
@@ -139,27 +129,8 @@ impl LocalClient {
         self.buffer.len()
     }
 
-    pub fn buffered_bytes(&self) -> u64 {
-        self.buffer_bytes
-    }
-
-    pub fn candidate(&self, client: usize, scenario: &Indicators) -> Candidate {
-        let score = self.given.iter().zip(scenario).map(|(given, tree)| given.score(tree)).sum();
-        Candidate { client, score, load: self.buffer.len() }
-    }
-
-    pub fn push(&mut self, scenario: u32, analysis: Analysis, bytes: &SubtreeBytes) {
-        let Analysis { indicators, root_pairs } = analysis;
+    pub fn push(&mut self, scenario: u32, root_pairs: Vec<RootPair>) {
         self.buffer.push(Buffered { scenario, root_pairs });
-        for (tree, indicator) in indicators.iter().enumerate() {
-            let (added, sum) = (&mut self.added[tree], &mut self.buffer_bytes);
-            self.given[tree].give(indicator, |root| {
-                if let Some(bytes) = bytes[tree].get(root as usize) {
-                    added.push(root);
-                    *sum += bytes;
-                }
-            });
-        }
     }
 
     /// Whether it could be sent another task.
@@ -169,14 +140,13 @@ impl LocalClient {
             && self.tasks.len() < OUTSTANDING_TASKS
     }
 
-    /// The buffer becomes a task.
-    pub fn begin_task(&mut self, number: u64) -> NewTask {
+    /// The buffer becomes a task, ascending by scenario.
+    pub fn begin_task(&mut self, number: u64) -> Vec<Buffered> {
         let mut batch = std::mem::take(&mut self.buffer);
         batch.sort_unstable_by_key(|buffered| buffered.scenario);
         let unanswered = batch.iter().map(|buffered| buffered.scenario).collect();
         self.tasks.push_back(Task { number, unanswered });
-        self.buffer_bytes = 0;
-        NewTask { number, batch, subtrees: std::mem::take(&mut self.added) }
+        batch
     }
 
     pub fn answered(&mut self, task: u64, scenario: u32) -> Result<(), Unexpected> {
@@ -207,11 +177,6 @@ impl LocalClient {
         self.trees_awaited += 1;
     }
 
-    /// It is given one of the two trees in one piece before any scenario.
-    pub fn given_whole(&mut self, tree: usize) {
-        self.given[tree].give_whole();
-    }
-
     /// It says that it has taken one.
     pub fn took_tree(&mut self) {
         self.trees_awaited = self.trees_awaited.saturating_sub(1);
@@ -234,11 +199,6 @@ impl LocalClient {
         *self = Self::default();
     }
 
-    /// The trees change: what was given of the old ones means nothing for the new ones.
-    pub fn exchange_given(&mut self, given: [ClientIndicator; 2]) -> [ClientIndicator; 2] {
-        std::mem::replace(&mut self.given, given)
-    }
-
     fn current(&mut self, task: u64) -> Result<&mut Task, Unexpected> {
         let expected = self.tasks.front().map(|current| current.number);
         match self.tasks.front_mut() {
@@ -250,7 +210,6 @@ impl LocalClient {
 
 #[cfg(test)]
 mod tests {
-    use super::super::indicator::tests::row;
     use super::*;
 
     fn ready() -> LocalClient {
@@ -260,7 +219,7 @@ mod tests {
     }
 
     fn push(client: &mut LocalClient, scenario: u32) {
-        client.push(scenario, Analysis::default(), &SubtreeBytes::default());
+        client.push(scenario, Vec::new());
     }
 
     fn with_task(number: u64, scenarios: &[u32]) -> LocalClient {
@@ -268,10 +227,6 @@ mod tests {
         scenarios.iter().for_each(|&scenario| push(&mut client, scenario));
         client.begin_task(number);
         client
-    }
-
-    fn of(indicators: Indicators) -> Analysis {
-        Analysis { indicators, root_pairs: Vec::new() }
     }
 
     #[test]
@@ -297,26 +252,8 @@ mod tests {
         let mut client = ready();
         [7, 2, 5].iter().for_each(|&scenario| push(&mut client, scenario));
         let task = client.begin_task(0);
-        assert_eq!(task.batch.iter().map(|b| b.scenario).collect::<Vec<_>>(), [2, 5, 7]);
+        assert_eq!(task.iter().map(|b| b.scenario).collect::<Vec<_>>(), [2, 5, 7]);
         assert_eq!(client.buffered(), 0);
-    }
-
-    #[test]
-    fn a_subtree_is_sent_once_with_the_first_task_that_needs_it_and_counted_in_the_buffer() {
-        let bytes = [vec![1, 20, 300, 4000, 50_000, 600_000], vec![2, 10, 140, 60]];
-        let mut client = ready();
-        client.push(0, of([row(0, &[0, 0, 0, 0, 1, 4]), row(1, &[2, 0, 14, 0])]), &bytes);
-        assert_eq!(client.buffered_bytes(), 650_000 + 142);
-        client.push(1, of([row(0, &[0, 11, 0, 0, 1, 0]), row(1, &[2, 0, 14, 6])]), &bytes);
-        assert_eq!(client.begin_task(0).subtrees, [vec![4, 5, 1], vec![0, 2, 3]]);
-        assert_eq!(client.buffered_bytes(), 0);
-        client.push(2, of([row(0, &[1, 11, 0, 0, 0, 0]), row(1, &[2, 0, 0, 0])]), &bytes);
-        assert_eq!(client.begin_task(1).subtrees, [vec![0], vec![]]);
-        client.die();
-        client.restart();
-        client.ready().unwrap();
-        client.push(3, of([row(0, &[1, 0, 0, 0, 0, 0]), row(1, &[0, 0, 0, 0])]), &bytes);
-        assert_eq!(client.begin_task(2).subtrees, [vec![0], vec![]], "the new worker has nothing");
     }
 
     #[test]
@@ -352,15 +289,5 @@ mod tests {
         assert!(client.is_claimed() && client.awaits_trees());
         client.took_tree();
         assert!(!client.is_claimed() && !client.awaits_trees());
-    }
-
-    #[test]
-    fn scores_add_up_over_both_trees() {
-        let mut client = ready();
-        let third = [row(0, &[1, 11, 0, 1, 0, 4]), row(1, &[0, 0, 14, 6])];
-        client.push(3, of(third), &SubtreeBytes::default());
-        let second = [row(0, &[0, 11, 0, 1, 1, 0]), row(1, &[2, 1, 14, 6])];
-        assert_eq!(client.candidate(0, &second).score, 11 + 1 + 14 + 6);
-        assert_eq!(client.candidate(0, &second).load, 1);
     }
 }

@@ -6,6 +6,7 @@
 //! | [`client_manager`] | starts, feeds, watches and ends the workers; the only one with I/O and a clock |
 //! | [`jobs_submitter`] | pre-analysis: a pose becomes two indicators |
 //! | [`indicator`] | bounding volume vectors of scenarios and clients |
+//! | [`node`] | memory of one worker, or of all workers of a machine, and what is in it |
 //! | [`matchmaker`] | picks a client for a scenario |
 //! | [`local_client`] | what one worker was given and has not answered |
 //! | [`assignment`] | all of them together, and what nobody has been given yet |
@@ -22,6 +23,7 @@ pub mod launch;
 pub mod local_client;
 pub mod matchmaker;
 mod memory;
+pub mod node;
 pub mod result_order;
 mod worker_process;
 mod worker_thread;

@@ -7,11 +7,15 @@ use super::*;
 use crate::scene::MatchRule;
 
 fn run_of(clients: usize, scenarios: u32, q: u32) -> Assignment {
+    run_on(Nodes::private(clients), clients, scenarios, q)
+}
+
+fn run_on(nodes: Nodes, clients: usize, scenarios: u32, q: u32) -> Assignment {
     let clients = (0..clients).map(|_| LocalClient::default()).collect();
     let limits = BufferLimits { scenarios: q, bytes: u64::MAX };
     let matchmaker = Matchmaker::new(MatchRule::Best, q as usize, 0);
     let mut assignment =
-        Assignment::new(clients, scenarios, limits, matchmaker, SubtreeBytes::default());
+        Assignment::new(clients, nodes, scenarios, limits, matchmaker, SubtreeBytes::default());
     assignment.clients.iter_mut().for_each(|client| client.ready().unwrap());
     assignment
 }
@@ -25,9 +29,10 @@ fn of(indicators: &Indicators) -> Analysis {
     Analysis { indicators: indicators.clone(), root_pairs: Vec::new() }
 }
 
-/// The number of a task and its scenarios.
+/// The next task, if it is the client's: its number and scenarios.
 fn take_task(assignment: &mut Assignment, client: usize) -> Option<(u64, Vec<u32>)> {
-    let task = assignment.take_task(client)?;
+    let (whose, task) = assignment.take_task()?;
+    assert_eq!(whose, client);
     Some((task.number, task.batch.iter().map(|buffered| buffered.scenario).collect()))
 }
 
@@ -57,7 +62,7 @@ fn scenarios_of_table_1_go_to_the_client_that_has_their_geometry() {
 fn a_buffer_is_sent_when_it_holds_q_scenarios() {
     let mut assignment = run_of(1, 1000, 3);
     for count in 1..=3 {
-        assert!(assignment.take_task(0).is_none(), "sent with {}", count - 1);
+        assert!(assignment.take_task().is_none(), "sent with {}", count - 1);
         assign_next(&mut assignment);
     }
     assert_eq!(take_task(&mut assignment, 0), Some((0, vec![0, 1, 2])));
@@ -67,13 +72,12 @@ fn a_buffer_is_sent_when_it_holds_q_scenarios() {
 fn tasks_shrink_towards_the_end() {
     let mut assignment = run_of(2, 100, 20);
     let mut sizes = Vec::new();
-    let mut send_and_answer = |assignment: &mut Assignment, client: usize| {
-        let Some(task) = take_task(assignment, client) else { return };
-        sizes.push(task.1.len());
-        answer_all(assignment, client, task);
-    };
     while assign_next(&mut assignment).is_some() {
-        (0..2).for_each(|client| send_and_answer(&mut assignment, client));
+        while let Some((client, task)) = assignment.take_task() {
+            let batch: Vec<_> = task.batch.iter().map(|buffered| buffered.scenario).collect();
+            sizes.push(batch.len());
+            answer_all(&mut assignment, client, (task.number, batch));
+        }
     }
     assert_eq!(sizes.iter().sum::<usize>(), 100);
     assert!(sizes.is_sorted_by(|a, b| a >= b), "{sizes:?}");
@@ -85,7 +89,7 @@ fn idle_clients_come_before_better_matching_busy_ones() {
     let mut assignment = run_of(2, 1000, 1);
     let geometry = [row(0, &[0, 11, 0, 0, 0, 0]), row(1, &[2, 0, 0, 0])];
     assert_eq!(assignment.assign(0, of(&geometry)), Some(0));
-    assert!(assignment.take_task(0).is_some());
+    assert!(take_task(&mut assignment, 0).is_some());
     assert_eq!(assignment.assign(1, of(&geometry)), Some(1));
 }
 
@@ -94,10 +98,10 @@ fn there_is_a_choice_only_among_clients_that_could_take_the_scenario_equally_soo
     let mut assignment = run_of(2, 1000, 1);
     assert!(assignment.wants_scores());
     assert_eq!(assign_next(&mut assignment), Some(0));
-    assert!(assignment.take_task(0).is_some());
+    assert!(take_task(&mut assignment, 0).is_some());
     assert!(!assignment.wants_scores(), "one is idle, the other has a task");
     assert_eq!(assign_next(&mut assignment), Some(1));
-    assert!(assignment.take_task(1).is_some());
+    assert!(take_task(&mut assignment, 1).is_some());
     assert!(assignment.wants_scores());
     assignment.client_died(1, None);
     assert!(!assignment.wants_scores());
@@ -107,8 +111,7 @@ fn there_is_a_choice_only_among_clients_that_could_take_the_scenario_equally_soo
 fn what_a_dead_client_had_goes_first_to_the_others() {
     let mut assignment = run_of(2, 1000, 2);
     assign_next(&mut assignment);
-    assignment.clients[1].push(1, Analysis::default(), &SubtreeBytes::default());
-    assignment.next = 2;
+    assert_eq!(assign_next(&mut assignment), Some(1));
     assignment.client_died(0, None);
     assert_eq!(assignment.next_scenario(), Some(0));
     assert_eq!(assign_next(&mut assignment), Some(1));
@@ -131,10 +134,10 @@ fn nothing_beyond_the_end_is_given_away() {
 fn nothing_is_given_away_far_ahead_of_a_missing_result() {
     let mut assignment = run_of(2, u32::MAX, 3);
     assignment.ahead = 10;
+    let geometry = [row(0, &[0, 11, 0, 0, 0, 0]), row(1, &[2, 0, 0, 0])];
     for scenario in 0..3 {
-        assignment.clients[0].push(scenario, Analysis::default(), &SubtreeBytes::default());
+        assert_eq!(assignment.assign(scenario, of(&geometry)), Some(0));
     }
-    assignment.next = 3;
     assert_eq!(take_task(&mut assignment, 0), Some((0, vec![0, 1, 2])));
     for scenarios in [&[3, 4, 5][..], &[6, 7, 8], &[9]] {
         scenarios.iter().for_each(|_| assert_eq!(assign_next(&mut assignment), Some(1)));
@@ -154,11 +157,39 @@ fn a_buffer_is_sent_when_its_subtrees_make_v_bytes() {
     assignment.subtree_bytes = [vec![1000; 6], vec![1000; 4]];
     let geometry = |first: &[u32]| of(&[row(0, first), row(1, &[0, 0, 14, 6])]);
     assignment.assign(0, geometry(&[1, 0, 0, 0, 0, 0]));
-    assert!(assignment.take_task(0).is_none(), "3000 bytes");
+    assert!(assignment.take_task().is_none(), "3000 bytes");
     assignment.assign(1, geometry(&[1, 11, 0, 0, 0, 0]));
-    assert!(assignment.take_task(0).is_none(), "4000 bytes, the others are there already");
+    assert!(assignment.take_task().is_none(), "4000 bytes, the others are there already");
     assignment.assign(2, geometry(&[0, 0, 1, 0, 0, 0]));
     assert_eq!(take_task(&mut assignment, 0), Some((0, vec![0, 1, 2])));
+}
+
+#[test]
+fn a_subtree_goes_once_to_a_node_with_the_first_task_that_is_sent_there() {
+    let mut assignment = run_on(Nodes::shared(vec![0, 0, 1]), 3, 1000, 2);
+    assignment.subtree_bytes = [vec![1000; 6], vec![1000; 4]];
+    let geometry = |first: &[u32]| of(&[row(0, first), row(1, &[0, 0, 14, 6])]);
+    assert_eq!(assignment.assign(0, geometry(&[1, 0, 0, 0, 0, 0])), Some(0));
+    assert_eq!(assignment.assign(1, geometry(&[1, 11, 0, 0, 0, 0])), Some(1), "the same node");
+    assert_eq!(assignment.assign(2, geometry(&[0, 0, 1, 0, 0, 0])), Some(0), "of equal buffers");
+    let (client, task) = assignment.take_task().unwrap();
+    assert_eq!(
+        (client, task.subtrees),
+        (0, [vec![0, 1, 2], vec![2, 3]]),
+        "what its mate needs too"
+    );
+    assert_eq!(assignment.assign(3, geometry(&[1, 11, 1, 0, 0, 0])), Some(1));
+    let (client, task) = assignment.take_task().unwrap();
+    assert_eq!((client, task.subtrees.concat()), (1, vec![]));
+    assignment.client_died(0, None);
+    assignment.restart(0);
+    assignment.clients[0].ready().unwrap();
+    for expected in [0, 0] {
+        let scenario = assignment.next_scenario().unwrap();
+        assert_eq!(assignment.assign(scenario, geometry(&[1, 0, 1, 0, 0, 0])), Some(expected));
+    }
+    let (_, task) = assignment.take_task().unwrap();
+    assert!(task.subtrees.iter().all(Vec::is_empty), "they are still there");
 }
 
 /// The scenarios in the order in which one client answers them, up to the one that ends it.
@@ -185,7 +216,7 @@ fn answers_until(assignment: &mut Assignment, end: u32) -> Vec<u32> {
 fn a_scenario_that_clients_die_at_goes_first_then_last_and_then_not_at_all() {
     let mut assignment = run_of(1, 10, 3);
     let restart = |assignment: &mut Assignment| {
-        assignment.clients[0].restart();
+        assignment.restart(0);
         assignment.clients[0].ready().unwrap();
     };
     assert_eq!(answers_until(&mut assignment, 4), [0, 1, 2, 3]);
@@ -205,7 +236,7 @@ fn a_scenario_is_not_blamed_for_deaths_at_another_or_at_none() {
     for at in [None, Some(1), Some(2), Some(700), None, Some(1), Some(2)] {
         assert_eq!(answers_until(&mut assignment, 0), [0; 0]);
         assert_eq!(assignment.client_died(0, at), None);
-        assignment.clients[0].restart();
+        assignment.restart(0);
         assignment.clients[0].ready().unwrap();
     }
     assert_eq!(assignment.next_scenario(), Some(0));
@@ -233,8 +264,9 @@ proptest! {
         for (client, what) in events.into_iter().chain(rest) {
             let client = client % clients;
             let mut take_tasks = |assignment: &mut Assignment| {
-                for (client, tasks) in out.iter_mut().enumerate() {
-                    tasks.extend(take_task(assignment, client));
+                while let Some((client, task)) = assignment.take_task() {
+                    let batch = task.batch.iter().map(|buffered| buffered.scenario).collect();
+                    out[client].push((task.number, batch));
                 }
             };
             while assign_next(&mut assignment).is_some() {
@@ -254,7 +286,7 @@ proptest! {
                 assignment.delivered(delivered);
                 out[client].clear();
             } else if what == 1 && !assignment.clients[client].is_alive() {
-                assignment.clients[client].restart();
+                assignment.restart(client);
                 assignment.clients[client].ready().unwrap();
             } else if let Some((task, batch)) = out[client].first_mut() {
                 let scenario = batch.remove(0);

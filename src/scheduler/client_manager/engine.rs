@@ -12,6 +12,7 @@ use crate::scheduler::collection::BadReply;
 use crate::scheduler::indicator::ClientIndicator;
 use crate::scheduler::launch::Launch;
 use crate::scheduler::local_client::{LocalClient, Unexpected};
+use crate::scheduler::node::Nodes;
 use crate::transport::MasterEnd;
 use crate::tree::TreeImage;
 use crate::tree::roots::Cut;
@@ -50,7 +51,8 @@ pub struct Engine<T: MasterEnd, L: Launch<T::Attach>> {
     trees: BTreeMap<TreeKey, u32>,
     next_tree: u32,
     pub(super) clients: Vec<LocalClient>,
-    /// Per client and tree the distributed roots that it was given.
+    pub(super) nodes: Nodes,
+    /// Per node and tree the distributed roots that it was given.
     given: Vec<BTreeMap<u32, ClientIndicator>>,
     pub(super) started: Instant,
     pub(super) bytes_published: u64,
@@ -76,6 +78,7 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Engine<T, L> {
             trees: BTreeMap::new(),
             next_tree: 0,
             clients: (0..workers).map(|_| LocalClient::default()).collect(),
+            nodes: Nodes::private(workers),
             given: vec![BTreeMap::new(); workers],
             started,
             bytes_published: 0,
@@ -107,8 +110,8 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Engine<T, L> {
         let trees: Vec<_> = self.trees.iter().map(|(&k, &t)| (k, t)).filter(of_mesh).collect();
         for (key, tree) in trees {
             self.trees.remove(&key);
+            self.given.iter_mut().for_each(|given| drop(given.remove(&tree)));
             for client in 0..self.crew.len() {
-                self.given[client].remove(&tree);
                 if self.crew.takes_away(client, tree) {
                     self.crew.send(client, &[bytemuck::bytes_of(&JobHeader::remove_tree(tree))])?;
                 }
@@ -157,7 +160,7 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Engine<T, L> {
         };
         let outcome =
             session.serve(sink, interrupt).and_then(|interrupted| session.end(sink, interrupted));
-        self.clients = session.into_clients();
+        (self.clients, self.nodes) = session.into_clients();
         self.exchange_given(trees);
         self.is_stopped = true;
         let report = outcome?;
@@ -238,7 +241,9 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Engine<T, L> {
     fn bury(&mut self, client: usize, how: &str) -> Result<(), EngineError> {
         self.crew.obituary(client, how);
         self.crew.let_go(client, &mut ignore)?;
-        self.forget_given(client);
+        if let Some(node) = self.nodes.lost_with(client) {
+            self.forget_given(node);
+        }
         self.clients[client].die();
         if self.crew.replace(client) {
             self.clients[client].restart();
@@ -257,18 +262,18 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Engine<T, L> {
         })
     }
 
-    /// Puts what each client was given of these trees into its hands, or takes it back.
+    /// Puts what each node was given of these trees into its hands, or takes it back.
     fn exchange_given(&mut self, trees: [u32; 2]) {
-        for (client, given) in self.clients.iter_mut().zip(&mut self.given) {
+        for (node, given) in self.nodes.all_mut().iter_mut().zip(&mut self.given) {
             let theirs = trees.map(|tree| given.remove(&tree).unwrap_or_default());
-            let returned = client.exchange_given(theirs);
+            let returned = node.exchange_given(theirs);
             given.extend(trees.into_iter().zip(returned));
         }
     }
 
-    /// What a worker that died was given is gone with it.
-    pub(super) fn forget_given(&mut self, client: usize) {
-        self.given[client].clear();
+    /// What a node was given is gone with its memory.
+    pub(super) fn forget_given(&mut self, node: usize) {
+        self.given[node].clear();
     }
 }
 

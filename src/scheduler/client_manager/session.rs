@@ -17,6 +17,7 @@ use crate::scheduler::launch::Launch;
 use crate::scheduler::local_client::LocalClient;
 use crate::scheduler::matchmaker::Matchmaker;
 use crate::scheduler::memory;
+use crate::scheduler::node::Nodes;
 use crate::transport::{MasterEnd, Traffic};
 use crate::tree::roots::PreAnalysis;
 use crate::tree::{Accuracy, TreeImage};
@@ -108,6 +109,7 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
         let plan = planned.as_ref().map(|planned| planned.number);
         let wanted = Wanted { plan, ..work.wanted };
         let clients = std::mem::take(&mut engine.clients);
+        let nodes = std::mem::take(&mut engine.nodes);
         let subtree_bytes = supply.subtree_bytes();
         let traffic_before = (0..workers).map(|client| engine.crew.traffic(client)).collect();
         let restarts_before = (0..workers).map(|client| engine.crew.restarts(client)).collect();
@@ -118,7 +120,14 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
             supply,
             planned,
             wanted,
-            assignment: Assignment::new(clients, scenarios, limits, matchmaker, subtree_bytes),
+            assignment: Assignment::new(
+                clients,
+                nodes,
+                scenarios,
+                limits,
+                matchmaker,
+                subtree_bytes,
+            ),
             collection: Collection::new(workers, trees, views, wanted, layout),
             submitter: JobsSubmitter::new(PreAnalysis::new(
                 views[0],
@@ -140,9 +149,9 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
         })
     }
 
-    /// Gives the clients back.
-    pub(super) fn into_clients(self) -> Vec<LocalClient> {
-        self.assignment.clients
+    /// Gives the clients back, and their nodes.
+    pub(super) fn into_clients(self) -> (Vec<LocalClient>, Nodes) {
+        (self.assignment.clients, self.assignment.nodes)
     }
 
     /// Returns whether it was interrupted.
@@ -229,14 +238,16 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
         })?;
         self.act_on(client, Heard { is_ready: false, ..heard })?;
         self.report.workers[client].died = true;
-        self.engine.forget_given(client);
+        if let Some(node) = self.assignment.nodes.lost_with(client) {
+            self.engine.forget_given(node);
+        }
         self.collection.client_died(client);
         if let Some(scenario) = self.assignment.client_died(client, at) {
             tracing::warn!("scenario {scenario} is set aside: every worker at it has died");
             self.collection.set_aside(scenario);
         }
         if !self.is_ending && self.engine.crew.replace(client) {
-            self.assignment.clients[client].restart();
+            self.assignment.restart(client);
         }
         Ok(())
     }

@@ -23,7 +23,7 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
                 self.engine.crew.send(client, &[bytemuck::bytes_of(&header), &body])?;
                 if self.planned.is_some() && !self.supply.is_in_place() {
                     self.send_subtree(client, side, 0)?;
-                    self.assignment.clients[client].given_whole(side);
+                    self.assignment.nodes.of_client_mut(client).give_whole(side);
                 }
             }
         }
@@ -105,12 +105,9 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
         analysis
     }
 
-    /// To every client with a full buffer: what counts as full changes for all of them.
     fn send_tasks(&mut self) -> Result<(), EngineError> {
-        for client in 0..self.engine.crew.len() {
-            if let Some(task) = self.assignment.take_task(client) {
-                self.send_task(client, &task)?;
-            }
+        while let Some((client, task)) = self.assignment.take_task() {
+            self.send_task(client, &task)?;
         }
         Ok(())
     }
