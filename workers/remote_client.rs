@@ -59,7 +59,10 @@ pub fn serve<W: WorkerEnd, S: TreeStore<W>>(
                 calculator.forget(tree);
                 store.remove(tree)?;
             }
-            Job::Scenarios(batch) => calculator.answer(&batch, transport, store)?,
+            Job::Scenarios(batch) => {
+                store.look(batch.trees);
+                calculator.answer(&batch, transport, store)?;
+            }
         }
     }
 }

@@ -6,9 +6,9 @@ use std::ops::Deref;
 use std::rc::{Rc, Weak};
 
 use super::WorkerError;
-use crate::transport::{GeometryInPlace, TransportError, WorkerEnd};
+use crate::transport::{GeometryInPlace, GrowingGeometry, TransportError, WorkerEnd};
 use crate::tree::roots::CutTree;
-use crate::tree::subtree::PartialTree;
+use crate::tree::subtree::{PartialTree, SeenTree};
 use crate::tree::{KeptTree, TreeView};
 use crate::wire::{InPlaceTree, published_plan};
 
@@ -20,6 +20,9 @@ pub trait TreeStore<W> {
     fn add_subtree(&mut self, tree: u32, body: &[u8]) -> Result<(), WorkerError>;
 
     fn remove(&mut self, tree: u32) -> Result<(), WorkerError>;
+
+    /// A batch about these trees has come: what it needs is here.
+    fn look(&mut self, _trees: [u32; 2]) {}
 
     /// The bytes of a plan, from the body of the message that brings it.
     fn plan(&mut self, transport: &mut W, body: &[u8]) -> Result<Vec<u8>, WorkerError>;
@@ -136,5 +139,56 @@ impl<W: WorkerEnd> TreeStore<W> for Received {
 
     fn cut(&self, tree: u32) -> Result<CutTree<'_>, WorkerError> {
         self.0.get(&tree).map(PartialTree::cut_tree).ok_or(WorkerError::Tree(tree))
+    }
+}
+
+/// Trees that grow where the leader of this worker's node puts what the master sends.
+pub struct InNode<G>(BTreeMap<u32, SeenTree<G>>);
+
+impl<G> Default for InNode<G> {
+    fn default() -> Self {
+        Self(BTreeMap::new())
+    }
+}
+
+impl<W: GrowingGeometry> TreeStore<W> for InNode<W::Growing> {
+    /// The number says it all.
+    fn add(&mut self, transport: &mut W, tree: u32, _body: &[u8]) -> Result<u64, WorkerError> {
+        match self.0.entry(tree) {
+            Entry::Occupied(_) => Err(WorkerError::Tree(tree)),
+            Entry::Vacant(free) => {
+                let seen = SeenTree::new(transport.growing(tree)?);
+                let seen = seen.map_err(|source| WorkerError::Subtree { tree, source })?;
+                Ok(free.insert(seen).hash())
+            }
+        }
+    }
+
+    fn add_subtree(&mut self, tree: u32, _body: &[u8]) -> Result<(), WorkerError> {
+        Err(WorkerError::Tree(tree))
+    }
+
+    fn remove(&mut self, tree: u32) -> Result<(), WorkerError> {
+        self.0.remove(&tree).map(drop).ok_or(WorkerError::Tree(tree))
+    }
+
+    fn look(&mut self, trees: [u32; 2]) {
+        for tree in trees {
+            if let Some(seen) = self.0.get_mut(&tree) {
+                seen.look();
+            }
+        }
+    }
+
+    fn plan(&mut self, transport: &mut W, body: &[u8]) -> Result<Vec<u8>, WorkerError> {
+        Ok(transport.geometry(published_plan(body)?)?.to_vec())
+    }
+
+    fn whole(&self, tree: u32) -> Result<TreeView<'_>, WorkerError> {
+        self.0.get(&tree).and_then(SeenTree::whole).ok_or(WorkerError::Tree(tree))
+    }
+
+    fn cut(&self, tree: u32) -> Result<CutTree<'_>, WorkerError> {
+        self.0.get(&tree).map(SeenTree::cut_tree).ok_or(WorkerError::Tree(tree))
     }
 }

@@ -11,6 +11,7 @@
 //! | [`local_client`] | what one worker was given and has not answered |
 //! | [`assignment`] | all of them together, and what nobody has been given yet |
 //! | [`launch`] | how a worker comes to life: as a process, or as a thread |
+//! | [`ranks`] | workers on several machines, each of which has one copy of what it needs |
 //! | [`collection`], [`result_order`] | replies become results in scenario order |
 
 pub mod assignment;
@@ -24,6 +25,7 @@ pub mod local_client;
 pub mod matchmaker;
 mod memory;
 pub mod node;
+pub mod ranks;
 pub mod result_order;
 mod worker_process;
 mod worker_thread;

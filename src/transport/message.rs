@@ -40,6 +40,12 @@ impl Message {
     }
 }
 
+impl From<&[u8]> for Message {
+    fn from(bytes: &[u8]) -> Self {
+        Self::gathered(&[bytes])
+    }
+}
+
 impl Deref for Message {
     type Target = [u8];
 

@@ -6,6 +6,7 @@
 //! puts what comes to its place, so that a descent reads a partial image as it reads a whole one;
 //! what never came costs it nothing.
 
+mod common_image;
 mod message;
 mod outline;
 mod pages;
@@ -13,6 +14,7 @@ mod partial;
 mod sections;
 mod span;
 
+pub use common_image::{CommonTree, Region, SeenTree};
 pub use outline::Subtrees;
 pub use partial::PartialTree;
 
