@@ -13,6 +13,7 @@ mod interrupt;
 mod mesh_info;
 mod plan;
 mod prepare;
+mod ranks;
 mod request;
 mod run;
 mod summary_text;

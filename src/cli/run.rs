@@ -13,6 +13,7 @@ use super::compare::{Comparison, Measured};
 use super::deform::Crash;
 use super::failure::Failure;
 use super::prepare::{self, Both, Poses, Tree, timed};
+use super::ranks::{self, Part};
 use super::request::Request;
 use super::{interrupt, summary_text, terminal};
 use crate::effects::{PairsAsked, Plan};
@@ -23,12 +24,17 @@ use crate::scene::{EngineOptions, Scene, WorkerCount};
 use crate::scheduler::client_manager::{
     self, AnyEngine, EffectsWork, EngineError, EngineReport, ResultSink, ScenarioResult, Work,
 };
+use crate::scheduler::ranks::Command;
 use crate::tree::roots::Cut;
 use crate::tree::{BuildOptions, TreeImage, TreeKind};
 use crate::wire::Wanted;
 
 pub(super) fn run(args: RunArgs) -> Result<(), Failure> {
     let start = Instant::now();
+    let command = match ranks::take_part()? {
+        Part::Master(command) => command,
+        Part::Done => return Ok(()),
+    };
     let interrupt = interrupt::on_ctrl_c().context("cannot listen to Ctrl-C")?;
     let request = Request::new(args)?;
     let scene = &request.scene;
@@ -37,7 +43,7 @@ pub(super) fn run(args: RunArgs) -> Result<(), Failure> {
     let poses = poses?;
     check_crash(scene, poses.len())?;
     // Workers come to life while meshes are loaded and trees are built.
-    let mut engine = start_engine(scene, poses.len())?;
+    let mut engine = start_engine(scene, poses.len(), command)?;
     let (meshes, load_s) = timed(|| prepare::load(scene));
     let meshes = meshes?;
     interrupt::check(&interrupt)?;
@@ -113,13 +119,20 @@ fn check_crash(scene: &Scene, scenarios: usize) -> Result<(), Failure> {
     }
 }
 
-/// No more workers than there are scenarios.
-fn start_engine(scene: &Scene, scenarios: usize) -> anyhow::Result<Box<dyn AnyEngine>> {
+/// A worker for each rank; or no more than there are scenarios.
+fn start_engine(
+    scene: &Scene,
+    scenarios: usize,
+    command: Option<Command>,
+) -> anyhow::Result<Box<dyn AnyEngine>> {
+    let program = std::env::current_exe().context("cannot find my own executable")?;
+    if let Some(command) = command {
+        return Ok(client_manager::start_on_ranks(scene.engine.clone(), program, command)?);
+    }
     let most = WorkerCount::new(scenarios.clamp(1, WorkerCount::MAX as usize) as i64);
     let workers = scene.engine.worker_count().min(most.expect("clamped").get());
     let workers = WorkerCount::new(workers.get().into()).expect("fewer than it was");
     let options = EngineOptions { workers: Some(workers), ..scene.engine.clone() };
-    let program = std::env::current_exe().context("cannot find my own executable")?;
     Ok(client_manager::start(options, program)?)
 }
 

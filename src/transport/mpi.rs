@@ -92,6 +92,7 @@ impl World {
             .ok_or_else(|| refused("this process has done so before"))?;
         let all = universe.world();
         let neighbours = all.split_shared(all.rank());
+        share_cores(&neighbours);
         let mut lowest = all.rank();
         neighbours.all_reduce_into(&all.rank(), &mut lowest, ::mpi::collective::SystemOperation::min());
         let mut machines = vec![0; all.size() as usize];
@@ -148,6 +149,22 @@ impl World {
             }
         }
     }
+}
+
+/// Launchers bind each rank to cores of its own. The workers of a node are children of its leader, and
+/// are to have the cores of all of its ranks.
+fn share_cores(neighbours: &SimpleCommunicator) {
+    const BYTES: usize = size_of::<libc::cpu_set_t>();
+    let mut own = [0_u8; BYTES];
+    // SAFETY: as many bytes as it is told, all of which may have any value; 0 is this thread.
+    if unsafe { libc::sched_getaffinity(0, BYTES, own.as_mut_ptr().cast()) } != 0 {
+        own = [0; BYTES]; // More cores than fit: nobody has bound anything.
+    }
+    let mut all = [0_u8; BYTES];
+    neighbours.all_reduce_into(&own[..], &mut all[..], ::mpi::collective::SystemOperation::bitwise_or());
+    // Where it is not allowed, workers have what this rank has.
+    // SAFETY: as many bytes as it is told.
+    let _ = unsafe { libc::sched_setaffinity(0, BYTES, all.as_ptr().cast()) };
 }
 
 fn announced(status: &Status) -> (Rank, bool, usize) {

@@ -1,4 +1,4 @@
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
@@ -54,6 +54,8 @@ pub struct Engine<T: MasterEnd, L: Launch<T::Attach>> {
     pub(super) nodes: Nodes,
     /// Per node and tree the distributed roots that it was given.
     given: Vec<BTreeMap<u32, ClientIndicator>>,
+    /// Per node what its leader was told of: trees and plans.
+    told: Vec<BTreeSet<u32>>,
     pub(super) started: Instant,
     pub(super) bytes_published: u64,
     pub(super) publish_s: f64,
@@ -70,6 +72,12 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Engine<T, L> {
         for slot in 0..workers {
             crew.hire(options.slowdowns.get(slot).copied().unwrap_or(Slowdown::NONE))?;
         }
+        let nodes = match crew.transport.other_nodes() {
+            None => Nodes::private(workers),
+            Some(others) => {
+                Nodes::shared((0..workers).map(|slot| others.node_of(slot as u32)).collect())
+            }
+        };
         Ok(Self {
             crew,
             options,
@@ -78,8 +86,9 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Engine<T, L> {
             trees: BTreeMap::new(),
             next_tree: 0,
             clients: (0..workers).map(|_| LocalClient::default()).collect(),
-            nodes: Nodes::private(workers),
-            given: vec![BTreeMap::new(); workers],
+            given: vec![BTreeMap::new(); nodes.count()],
+            told: vec![BTreeSet::new(); nodes.count()],
+            nodes,
             started,
             bytes_published: 0,
             publish_s: 0.0,
@@ -116,6 +125,7 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Engine<T, L> {
                     self.crew.send(client, &[bytemuck::bytes_of(&JobHeader::remove_tree(tree))])?;
                 }
             }
+            self.take_from_nodes(tree)?;
         }
         if let Some(shared) = self.crew.transport.shared_geometry() {
             shared.withdraw(mesh.0)?;
@@ -143,13 +153,14 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Engine<T, L> {
         let images = [&*fixed, &*moving];
         let is_shared = self.crew.transport.shared_geometry().is_some();
         // Effects look at whole trees: where these have to be sent, they are, in one piece.
-        let in_one_piece = work.effects.is_some() && !is_shared;
+        let has_others = self.crew.transport.other_nodes().is_some();
+        let in_one_piece = work.effects.is_some() && (!is_shared || has_others);
         let cut = |cut| if in_one_piece { Cut::Depth(0) } else { cut };
         let keys = [(work.fixed, false), (work.moving, true)]
             .map(|((mesh, asked), is_moving)| TreeKey { mesh, cut: cut(asked), is_moving });
         let trees = keys.map(|key| self.tree(key));
         let planned = work.effects.map(|effects| self.plan(&effects)).transpose()?;
-        let published = planned.as_ref().and_then(|planned| planned.published);
+        let plan = planned.as_ref().map(|planned| (planned.number, planned.published));
         self.exchange_given(trees);
         let mut session = match Session::new(self, work, keys, trees, images, planned) {
             Ok(session) => session,
@@ -166,17 +177,38 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Engine<T, L> {
         let report = outcome?;
         self.is_stopped = report.interrupted;
         // The answers are complete, whatever comes of it.
-        if let Err(error) = self.withdraw_plan(published) {
+        if let Err(error) = self.withdraw_plan(plan) {
             tracing::warn!("the engine keeps the memory of a plan: {error}");
         }
         Ok(report)
     }
 
-    fn withdraw_plan(&mut self, published: Option<u32>) -> Result<(), EngineError> {
-        let Some(plan) = published else { return Ok(()) };
+    /// Its number, and where it was published.
+    fn withdraw_plan(&mut self, plan: Option<(u32, Option<u32>)>) -> Result<(), EngineError> {
+        let Some((number, Some(published))) = plan else { return Ok(()) };
         self.settle()?;
         if let Some(shared) = self.crew.transport.shared_geometry() {
-            shared.withdraw(plan)?;
+            shared.withdraw(published)?;
+        }
+        self.take_from_nodes(number)
+    }
+
+    /// Whether the leader of a node has yet to be told of a tree or plan, which it now counts as told.
+    pub(super) fn tells_node_of(&mut self, node: usize, number: u32) -> bool {
+        self.told[node].insert(number)
+    }
+
+    pub(super) fn send_to_node(&mut self, node: usize, parts: &[&[u8]]) -> Result<(), EngineError> {
+        let others = self.crew.transport.other_nodes().expect("a node that is another");
+        Ok(others.send_to_node(node, parts)?)
+    }
+
+    /// What their leaders were told of they need no longer keep.
+    fn take_from_nodes(&mut self, number: u32) -> Result<(), EngineError> {
+        for node in 0..self.told.len() {
+            if self.told[node].remove(&number) {
+                self.send_to_node(node, &[bytemuck::bytes_of(&JobHeader::remove_tree(number))])?;
+            }
         }
         Ok(())
     }

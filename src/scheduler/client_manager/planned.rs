@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::MeshId;
+use super::supply::Way;
 use crate::effects::Plan;
 use crate::effects::layout::Layout;
 use crate::tree::TreeImage;
@@ -35,27 +36,38 @@ impl Planned {
         &self.text
     }
 
-    /// For each thing that a worker is told of, its number and what it is told: trees first.
-    pub(super) fn messages(&self) -> impl Iterator<Item = (u32, Vec<Message>)> {
-        let plan = match self.published {
-            Some(place) => plan_in_place(place).to_vec(),
-            None => self.text.clone(),
-        };
-        let plan = (self.number, vec![message(&JobHeader::plan(self.number), plan)]);
-        self.parts.iter().map(|part| self.tree(part)).chain([plan])
+    /// The numbers of what a worker is told of: trees first.
+    pub(super) fn numbers(&self) -> impl Iterator<Item = u32> {
+        self.parts.iter().map(|(tree, ..)| *tree).chain([self.number])
     }
 
-    fn tree(&self, (tree, mesh, image): &(u32, MeshId, Arc<TreeImage>)) -> (u32, Vec<Message>) {
-        let (tree, cut) = (*tree, Cut::Depth(0));
-        let add = JobHeader::add_tree(tree);
-        if self.published.is_some() {
-            let place = InPlaceTree { mesh: mesh.0, cut }.to_bytes().to_vec();
-            return (tree, vec![message(&add, place)]);
+    /// What is said of the thing with that number to a worker that comes to it in this way.
+    pub(super) fn messages(&self, number: u32, way: Way) -> Vec<Message> {
+        if let Some(part) = self.parts.iter().find(|(tree, ..)| *tree == number) {
+            return self.tree(part, way);
         }
-        let subtrees = Subtrees::new(image.view(), cut);
+        let plan = match (way, self.published) {
+            (Way::InPlace, Some(place)) => plan_in_place(place).to_vec(),
+            (Way::ByNode(_), _) => plan_in_place(self.number).to_vec(),
+            _ => self.text.clone(),
+        };
+        vec![message(&JobHeader::plan(self.number), plan)]
+    }
+
+    fn tree(&self, part: &(u32, MeshId, Arc<TreeImage>), way: Way) -> Vec<Message> {
+        let ((tree, mesh, image), cut) = (part, Cut::Depth(0));
+        let (tree, add) = (*tree, JobHeader::add_tree(*tree));
+        let subtrees = match way {
+            Way::InPlace => {
+                let place = InPlaceTree { mesh: mesh.0, cut }.to_bytes().to_vec();
+                return vec![message(&add, place)];
+            }
+            Way::ByNode(_) => return vec![message(&add, Vec::new())],
+            Way::Sent => Subtrees::new(image.view(), cut),
+        };
         let whole = subtrees.message(0).expect("a tree has a root");
         let whole = message(&JobHeader::add_subtree(tree), whole);
-        (tree, vec![message(&add, subtrees.outline()), whole])
+        vec![message(&add, subtrees.outline()), whole]
     }
 }
 

@@ -64,13 +64,22 @@ impl Command {
         self.ranks.machines().len() as u32
     }
 
-    /// Makes leaders.
-    pub(super) fn divide(&mut self, node: NodeIs, job_bytes: usize) -> Result<(), TransportError> {
-        let mut workers = BTreeMap::<Rank, u32>::new();
+    pub fn nodes_of(&self, node: NodeIs) -> usize {
+        self.workers_of_leaders(node).len()
+    }
+
+    fn workers_of_leaders(&self, node: NodeIs) -> BTreeMap<Rank, u32> {
+        let mut workers = BTreeMap::new();
         for (rank, &machine) in (0..).zip(self.ranks.machines()) {
             let leader = if node == NodeIs::Machine { machine } else { rank };
             *workers.entry(leader).or_default() += 1;
         }
+        workers
+    }
+
+    /// Makes leaders.
+    pub(super) fn divide(&mut self, node: NodeIs, job_bytes: usize) -> Result<(), TransportError> {
+        let workers = self.workers_of_leaders(node);
         let host = || crate::scheduler::ranks::leader::host();
         let of_leader = |(leader, workers): (Rank, u32)| {
             let host = if leader == 0 { host() } else { String::new() };

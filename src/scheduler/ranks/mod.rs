@@ -15,7 +15,7 @@ mod pause;
 mod remote_worker;
 mod stock;
 
-pub use command::Command;
+pub use command::{Command, NodeIs};
 pub use hybrid::Hybrid;
 pub use leader::serve;
 pub use remote_worker::OnNodes;

@@ -4,6 +4,7 @@ use std::time::Instant;
 
 use super::super::EngineError;
 use super::super::start::longest_batch;
+use super::super::supply::Way;
 use super::Session;
 use crate::scene::StartFrom;
 use crate::scheduler::launch::Launch;
@@ -16,37 +17,90 @@ use crate::wire::{Job, JobHeader, ScenarioRecord};
 impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
     /// Tells a worker that is ready of both trees. It gets no task before it has taken them.
     pub(super) fn introduce(&mut self, client: usize) -> Result<(), EngineError> {
+        let way = self.way(client);
         for (side, tree) in self.trees.into_iter().enumerate() {
-            if self.tells_of(client, tree) {
-                let header = JobHeader::add_tree(tree);
-                let body = self.supply.tree(side);
-                self.engine.crew.send(client, &[bytemuck::bytes_of(&header), &body])?;
-                if self.planned.is_some() && !self.supply.is_in_place() {
-                    self.send_subtree(client, side, 0)?;
-                    self.assignment.nodes.of_client_mut(client).give_whole(side);
+            if !self.tells_of(client, tree) {
+                continue;
+            }
+            let body = match way {
+                Way::InPlace => self.supply.place(side),
+                Way::Sent => self.supply.outline(side),
+                Way::ByNode(node) => {
+                    self.introduce_to_node(client, node, side)?;
+                    Vec::new()
                 }
+            };
+            let header = JobHeader::add_tree(tree);
+            self.engine.crew.send(client, &[bytemuck::bytes_of(&header), &body])?;
+            if way == Way::Sent {
+                self.send_whole(client, side)?;
             }
         }
         let Some(planned) = &self.planned else { return Ok(()) };
         if !self.assignment.clients[client].is_ready() {
             return Ok(());
         }
-        let planned_number = planned.number;
-        let messages: Vec<_> = planned.messages().collect();
-        for (number, messages) in messages {
+        let numbers: Vec<_> = planned.numbers().collect();
+        for number in numbers {
             if self.tells_of(client, number) {
-                let is_tree = planned_number != number;
-                for message in messages {
-                    if is_tree && !self.supply.is_in_place() {
-                        let bytes: usize = message.iter().map(Vec::len).sum();
-                        self.report.workers[client].geometry_bytes_copied += bytes as u64;
-                    }
-                    let message: Vec<_> = message.iter().map(|part| &part[..]).collect();
-                    self.engine.crew.send(client, &message)?;
-                }
+                self.tell(client, number, way)?;
             }
         }
         Ok(())
+    }
+
+    /// Tells a node's leader of a tree, before the first of the node's workers.
+    fn introduce_to_node(
+        &mut self,
+        client: usize,
+        node: usize,
+        side: usize,
+    ) -> Result<(), EngineError> {
+        if self.engine.tells_node_of(node, self.trees[side]) {
+            let header = JobHeader::add_tree(self.trees[side]);
+            let body = self.supply.outline(side);
+            self.engine.send_to_node(node, &[bytemuck::bytes_of(&header), &body])?;
+            self.send_whole(client, side)?;
+        }
+        Ok(())
+    }
+
+    /// Effects look at whole trees.
+    fn send_whole(&mut self, client: usize, side: usize) -> Result<(), EngineError> {
+        if self.planned.is_some() {
+            self.send_subtree(client, side, 0)?;
+            self.assignment.nodes.of_client_mut(client).give_whole(side);
+        }
+        Ok(())
+    }
+
+    /// Tells a worker, and before the first of a node's workers its leader, of a part of the plan.
+    fn tell(&mut self, client: usize, number: u32, way: Way) -> Result<(), EngineError> {
+        let planned = self.planned.as_ref().expect("a plan that has parts");
+        let is_tree = planned.number != number;
+        if let Way::ByNode(node) = way
+            && self.engine.tells_node_of(node, number)
+        {
+            for message in planned.messages(number, Way::Sent) {
+                let message: Vec<_> = message.iter().map(|part| &part[..]).collect();
+                if is_tree {
+                    self.report.nodes[node].geometry_bytes_copied += bytes_of(&message);
+                }
+                self.engine.send_to_node(node, &message)?;
+            }
+        }
+        for message in planned.messages(number, way) {
+            let message: Vec<_> = message.iter().map(|part| &part[..]).collect();
+            if is_tree && way == Way::Sent {
+                self.report.workers[client].geometry_bytes_copied += bytes_of(&message);
+            }
+            self.engine.crew.send(client, &message)?;
+        }
+        Ok(())
+    }
+
+    fn way(&self, client: usize) -> Way {
+        self.supply.way(self.assignment.nodes.of(client))
     }
 
     /// Whether the client is to be told of something with this number, and from now on counts as
@@ -61,11 +115,17 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
         tells
     }
 
+    /// To its node, if it has one.
     fn send_subtree(&mut self, client: usize, side: usize, root: u32) -> Result<(), EngineError> {
         let header = JobHeader::add_subtree(self.trees[side]);
         let body = self.supply.subtree(side, root);
-        self.report.workers[client].geometry_bytes_copied += body.len() as u64;
-        self.engine.crew.send(client, &[bytemuck::bytes_of(&header), &body])
+        let (message, bytes) = ([bytemuck::bytes_of(&header), &body], body.len() as u64);
+        if let Way::ByNode(node) = self.way(client) {
+            self.report.nodes[node].geometry_bytes_copied += bytes;
+            return self.engine.send_to_node(node, &message);
+        }
+        self.report.workers[client].geometry_bytes_copied += bytes;
+        self.engine.crew.send(client, &message)
     }
 
     /// Fills the buffers of unclaimed clients, and sends those that are full.
@@ -133,7 +193,7 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
             StartFrom::Top => false,
             // Who sees the whole trees can do without.
             StartFrom::RootPairs => {
-                !self.supply.is_in_place()
+                self.way(client) != Way::InPlace
                     || Job::batch_bytes(task.batch.len(), root_pairs)
                         <= longest_batch(&self.engine.options)
             }
@@ -160,4 +220,8 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
             ],
         )
     }
+}
+
+fn bytes_of(message: &[&[u8]]) -> u64 {
+    message.iter().map(|part| part.len() as u64).sum()
 }
