@@ -7,7 +7,9 @@ use std::sync::atomic::AtomicBool;
 use bumper::geometry::{Point, Pose};
 use bumper::mesh::{MeshSource, TriangleMesh};
 use bumper::scene::random::{self, RandomError, RandomScenarios};
-use bumper::scene::{Penetration, Scenarios, Scene, WorkerCount, read_poses};
+use bumper::scene::{
+    Distribution, Penetration, Scenarios, Scene, Slowdown, WorkerCount, read_poses,
+};
 use bumper::tree::descent::Descent;
 use bumper::tree::roots::Cut;
 use bumper::tree::{Accuracy, BuildOptions, TreeKind, build};
@@ -82,6 +84,49 @@ fn the_default_scene_has_the_papers_number_of_scenarios() {
 }
 
 /// Each edit of the minimal scene, and the words its error must have: file and line, key, reason.
+#[test]
+fn a_scene_that_is_written_reads_as_the_same_scene_from_anywhere() {
+    let config = Path::new(env!("CARGO_MANIFEST_DIR")).join("config");
+    let folders = ["", "effects", "accuracy"].map(|folder| config.join(folder));
+    let files = folders.iter().flat_map(|folder| std::fs::read_dir(folder).unwrap());
+    let scenes = files.map(|file| file.unwrap().path()).filter(|path| path.is_file());
+    let scenes: Vec<_> = scenes.filter(|p| p.extension().is_some_and(|e| e == "toml")).collect();
+    assert!(scenes.len() > 10, "{scenes:?}");
+    for path in scenes {
+        let mut scene = Scene::read(&path).unwrap();
+        scene.engine.slowdowns = vec![Slowdown::new(2.5).unwrap()];
+        scene.moving.distribution = Distribution::by_triangles(700).unwrap();
+        match &mut scene.scenarios {
+            Scenarios::Random(random) => random.seed = 99,
+            Scenarios::Poses { first, .. } => *first = NonZeroU32::new(2),
+        }
+        let text = scene.to_toml().unwrap();
+        let again = Scene::parse(&text, "again", Path::new("/elsewhere")).unwrap();
+        assert_eq!((&again.fixed, &again.moving), (&scene.fixed, &scene.moving), "{text}");
+        assert_eq!((&again.tree, &again.accuracy), (&scene.tree, &scene.accuracy), "{text}");
+        assert_eq!((&again.scenarios, &again.engine), (&scene.scenarios, &scene.engine), "{text}");
+        assert_eq!(again.effects, scene.effects, "{text}");
+        assert_eq!(again.to_toml().unwrap(), text);
+    }
+    let mut scene = parse(MINIMAL).unwrap();
+    scene.engine.match_seed = u64::MAX;
+    assert!(scene.to_toml().unwrap_err().to_string().contains("match_seed"));
+}
+
+#[test]
+fn rows_of_a_poses_file_are_counted_and_random_scenarios_are_not() {
+    let first = |scenarios: &str, n: i64| {
+        let text = MINIMAL.split("[scenarios]").next().unwrap().to_owned();
+        parse(&format!("{text}[scenarios]\n{scenarios}\nfirst = {n}\n"))
+    };
+    let scene = first("poses = \"a.csv\"", 7).unwrap();
+    let Scenarios::Poses { first: Some(count), .. } = scene.scenarios else { panic!("no count") };
+    assert_eq!(count.get(), 7);
+    assert!(first("poses = \"a.csv\"", 0).unwrap_err().contains("scenarios.first"));
+    let refused = first("random = { count = 3 }", 2).unwrap_err();
+    assert!(refused.contains("scenarios.first") && refused.contains("count"), "{refused}");
+}
+
 #[test]
 fn scene_errors_name_file_line_key_and_what_to_do() {
     let count = "random = { count = 10 }";

@@ -6,7 +6,7 @@ use bumper::geometry::{Pose, Triangle};
 use bumper::mesh::TriangleMesh;
 use bumper::tree::descent::{Descent, DescentError, Pair};
 use bumper::tree::roots::{Cut, DistributedRoot, PreAnalysis, RootError, RootPair};
-use bumper::tree::subtree::{PartialTree, SubtreeError, Subtrees};
+use bumper::tree::subtree::{PartialTree, SubtreeError, Subtrees, compressed};
 use bumper::tree::{BuildOptions, TreeImage, TreeKind, build};
 use proptest::prelude::*;
 
@@ -104,6 +104,9 @@ proptest! {
                 } else {
                     let message = sent[side].message(root).unwrap();
                     prop_assert_eq!(message.len(), sent[side].message_length(root).unwrap());
+                    // Every other one compressed, if that makes it smaller.
+                    let packed = compressed(&message).filter(|_| root % 2 == 0);
+                    let message = packed.unwrap_or(message);
                     prop_assert_eq!(here[side].add(&message).unwrap(), root);
                     held[side].insert(root);
                 }
@@ -137,16 +140,18 @@ proptest! {
             let tree = tree_of(&mesh, kind);
             let subtrees = Subtrees::new(tree.view(), cut);
             let root = which.index(subtrees.count() as usize) as u32;
-            let mut message = subtrees.message(root).unwrap();
-            let mut here = received(&subtrees);
-            let at = at.index(message.len());
-            message[at] ^= flip;
-            prop_assert!(here.add(&message).is_err());
-            prop_assert!(here.add(&message[..at]).is_err());
-            prop_assert!(!here.holds(root));
-            message[at] ^= flip;
-            prop_assert!(here.add(&message[..at]).is_err());
-            prop_assert_eq!(here.add(&message).unwrap(), root);
+            let plain = subtrees.message(root).unwrap();
+            for mut message in compressed(&plain).into_iter().chain([plain]) {
+                let mut here = received(&subtrees);
+                let at = at.index(message.len());
+                message[at] ^= flip;
+                prop_assert!(here.add(&message).is_err());
+                prop_assert!(here.add(&message[..at]).is_err());
+                prop_assert!(!here.holds(root));
+                message[at] ^= flip;
+                prop_assert!(here.add(&message[..at]).is_err());
+                prop_assert_eq!(here.add(&message).unwrap(), root);
+            }
         }
     }
 
@@ -154,7 +159,7 @@ proptest! {
     #[test]
     fn hostile_messages_are_refused_or_harmless(
         mesh in any_mesh(), cut in any_cut(), which in any::<prop::sample::Index>(),
-        at in any::<prop::sample::Index>(), value: u32, in_outline: bool,
+        at in any::<prop::sample::Index>(), value: u32, in_outline: bool, is_compressed: bool,
     ) {
         for kind in TreeKind::ALL {
             let tree = tree_of(&mesh, kind);
@@ -166,7 +171,9 @@ proptest! {
             let Ok(mut here) = PartialTree::new(&outline) else { continue };
             let chosen = which.index(subtrees.count() as usize) as u32;
             for root in 0..subtrees.count() {
-                let mut message = subtrees.message(root).unwrap();
+                let plain = subtrees.message(root).unwrap();
+                let packed = compressed(&plain).filter(|_| is_compressed);
+                let mut message = packed.unwrap_or(plain);
                 if !in_outline && root == chosen {
                     hostile(&mut message, at, value);
                 }
@@ -193,6 +200,13 @@ const HASHED_FROM: usize = 32;
 fn hostile(message: &mut [u8], at: prop::sample::Index, value: u32) {
     let word = HASHED_FROM / 4 + at.index((message.len() - HASHED_FROM) / 4);
     message[4 * word..4 * word + 4].copy_from_slice(&value.to_le_bytes());
+    set_hash(message);
+}
+
+/// The length too, which is the 8 bytes before it.
+fn set_hash(message: &mut [u8]) {
+    let length = message.len() as u64;
+    message[HASHED_FROM - 16..HASHED_FROM - 8].copy_from_slice(&length.to_ne_bytes());
     let hash = xxhash_rust::xxh3::xxh3_64(&message[HASHED_FROM..]);
     message[HASHED_FROM - 8..HASHED_FROM].copy_from_slice(&hash.to_le_bytes());
 }
@@ -221,6 +235,43 @@ fn every_flipped_byte_and_every_truncation_is_refused() {
         let longer = [&message[..], &[0; 4]].concat();
         assert!(matches!(here.add(&longer), Err(SubtreeError::Length { .. })));
         here.add(&message).unwrap();
+    }
+}
+
+/// Whole by their headers: as an attacker would, or a program that has gone wrong.
+#[test]
+fn compressed_bytes_that_are_not_those_of_the_subtree_are_refused_and_take_no_memory() {
+    const HEADER: usize = 48;
+    let mesh = sheet(12, 0.3);
+    for kind in TreeKind::ALL {
+        let tree = tree_of(&mesh, kind);
+        let subtrees = Subtrees::new(tree.view(), Cut::Depth(2));
+        let plain = subtrees.message(1).unwrap();
+        let packed = compressed(&plain).unwrap();
+        assert!(packed.len() < plain.len());
+        let mut here = received(&subtrees);
+        let mut refused = |block: &[u8]| {
+            let mut message = [&packed[..HEADER], block].concat();
+            set_hash(&mut message);
+            assert!(matches!(here.add(&message), Err(SubtreeError::Malformed(_))), "{kind}");
+        };
+        let block = &packed[HEADER..];
+        for end in 0..block.len() {
+            refused(&block[..end]);
+        }
+        refused(&[block, &[0]].concat());
+        refused(&plain[HEADER..]);
+        let other = compressed(&subtrees.message(0).unwrap()).unwrap();
+        refused(&other[HEADER..]);
+        // A run of a byte as long as a block can tell of: 255 times its own length.
+        let bomb = [&[0x1f, 7, 1, 0][..], &[255; 1 << 20], &[0]].concat();
+        refused(&bomb);
+        // What the header says of shared vertices is part of the length.
+        let mut hungry = packed.clone();
+        hungry[HEADER - 4..HEADER].copy_from_slice(&u32::MAX.to_ne_bytes());
+        set_hash(&mut hungry);
+        assert!(matches!(here.add(&hungry), Err(SubtreeError::Malformed(_))), "{kind}");
+        assert_eq!(here.add(&packed).unwrap(), 1);
     }
 }
 

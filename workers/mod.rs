@@ -50,6 +50,8 @@ pub enum WorkerError {
     Subtree { tree: u32, source: SubtreeError },
     #[error("tree {0} is not here, or was added before")]
     Tree(u32),
+    #[error("a job is said to be where none is")]
+    Elsewhere,
     #[error("plan {0} is not the one that is here")]
     Plan(u32),
     #[error(transparent)]

@@ -42,7 +42,16 @@ pub fn serve<W: WorkerEnd, S: TreeStore<W>>(
     };
     loop {
         let message = transport.receive()?;
-        match Job::parse(&message)? {
+        let published;
+        let job = match Job::parse(&message)? {
+            Job::Elsewhere { body } => {
+                published = store.elsewhere(transport, body)?;
+                Job::parse(&published)?
+            }
+            job => job,
+        };
+        match job {
+            Job::Elsewhere { .. } => return Err(WorkerError::Elsewhere),
             Job::Terminate => return Ok(()),
             Job::AddTree { tree, body } => {
                 let hash = store.add(transport, tree, body)?;

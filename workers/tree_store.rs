@@ -6,11 +6,11 @@ use std::ops::Deref;
 use std::rc::{Rc, Weak};
 
 use super::WorkerError;
-use crate::transport::{GeometryInPlace, GrowingGeometry, TransportError, WorkerEnd};
+use crate::transport::{GeometryInPlace, GrowingGeometry, Message, TransportError, WorkerEnd};
 use crate::tree::roots::CutTree;
 use crate::tree::subtree::{PartialTree, SeenTree};
 use crate::tree::{KeptTree, TreeView};
-use crate::wire::{InPlaceTree, published_plan};
+use crate::wire::{InPlaceTree, place_of};
 
 pub trait TreeStore<W> {
     /// The body is that of the message that adds the tree. Returns the hash of its image.
@@ -26,6 +26,11 @@ pub trait TreeStore<W> {
 
     /// The bytes of a plan, from the body of the message that brings it.
     fn plan(&mut self, transport: &mut W, body: &[u8]) -> Result<Vec<u8>, WorkerError>;
+
+    /// The job that was published, from the body of the message that says where.
+    fn elsewhere(&mut self, _transport: &mut W, _body: &[u8]) -> Result<Message, WorkerError> {
+        Err(WorkerError::Elsewhere)
+    }
 
     /// An error while parts of it are not here.
     fn whole(&self, tree: u32) -> Result<TreeView<'_>, WorkerError>;
@@ -95,7 +100,7 @@ impl<W: GeometryInPlace> TreeStore<W> for Shared<W::Geometry> {
     }
 
     fn plan(&mut self, transport: &mut W, body: &[u8]) -> Result<Vec<u8>, WorkerError> {
-        Ok(transport.geometry(published_plan(body)?)?.to_vec())
+        Ok(transport.geometry(place_of(body)?)?.to_vec())
     }
 
     fn whole(&self, tree: u32) -> Result<TreeView<'_>, WorkerError> {
@@ -181,7 +186,11 @@ impl<W: GrowingGeometry> TreeStore<W> for InNode<W::Growing> {
     }
 
     fn plan(&mut self, transport: &mut W, body: &[u8]) -> Result<Vec<u8>, WorkerError> {
-        Ok(transport.geometry(published_plan(body)?)?.to_vec())
+        Ok(transport.geometry(place_of(body)?)?.to_vec())
+    }
+
+    fn elsewhere(&mut self, transport: &mut W, body: &[u8]) -> Result<Message, WorkerError> {
+        Ok(Message::from(&*transport.geometry(place_of(body)?)?))
     }
 
     fn whole(&self, tree: u32) -> Result<TreeView<'_>, WorkerError> {

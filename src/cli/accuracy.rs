@@ -14,7 +14,7 @@ use crate::experiment::accuracy::{self, AccuracyRow, Load, Measured};
 use crate::geometry::TriangleTest;
 use crate::geometry::simd::SimdLevel;
 use crate::report::accuracy_plot::{self, Mark};
-use crate::report::plot::{self, Labels, Series};
+use crate::report::figure::{Axis, Figure, Point, Series};
 use crate::report::{Machine, SceneSummary, Versions};
 use crate::scene::Scene;
 use crate::tree::{Accuracy, BuildOptions};
@@ -122,16 +122,12 @@ impl<'a> Report<'a> {
 }
 
 fn write(out: &Path, report: &Report<'_>) -> anyhow::Result<()> {
-    let drawn = |svg: Result<String, Box<dyn std::error::Error>>| {
-        svg.map_err(|error| anyhow!("cannot draw the figure: {error}"))
-    };
+    let accuracy = accuracy_plot::error_against_time(&report.title(), &marks(report))
+        .context("cannot draw the figure")?;
     let files = [
         ("accuracy.json", report.to_json()),
-        (
-            "accuracy.svg",
-            drawn(accuracy_plot::error_against_time(&report.title(), &marks(report)))?,
-        ),
-        ("depth.svg", drawn(plot::log_y(&DEPTH_LABELS, &by_depth(report)))?),
+        ("accuracy.svg", accuracy),
+        ("depth.svg", by_depth(report).to_svg()?),
     ];
     for (name, content) in files {
         let path = out.join(name);
@@ -147,7 +143,7 @@ fn marks(report: &Report<'_>) -> Vec<Mark> {
         Accuracy::Pairs(TriangleTest::Boxes) => 0,
         Accuracy::Pairs(TriangleTest::F32) => 1,
         Accuracy::Pairs(TriangleTest::F64) => 3,
-        Accuracy::Pairs(TriangleTest::Exact) => 2,
+        Accuracy::Pairs(TriangleTest::Exact) => accuracy_plot::EXACT,
     };
     let mark = |row: &AccuracyRow| Mark {
         name: row.level.to_string(),
@@ -158,30 +154,30 @@ fn marks(report: &Report<'_>) -> Vec<Mark> {
     report.levels.iter().map(mark).collect()
 }
 
-const DEPTH_LABELS: Labels = Labels {
-    title: "What stopping at a depth of both trees saves",
-    x: "depth",
-    y: "processor time of a scenario, mean (us)",
-};
-
 /// The sweep of depths, and what looks at triangles, which has no depth, as lines across.
-fn by_depth(report: &Report<'_>) -> Vec<Series> {
+fn by_depth(report: &Report<'_>) -> Figure {
     let mut sweep = Vec::new();
     for row in report.levels {
         if let Accuracy::BoxesAt(depth) = row.level {
-            sweep.push((f64::from(depth.get()), row.time_us.mean));
+            sweep.push(Point::at(f64::from(depth.get()), row.time_us.mean));
         }
     }
-    sweep.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let deepest = sweep.last().map_or(1.0, |last| last.0);
+    sweep.sort_by(|a, b| a.x.total_cmp(&b.x));
+    let deepest = sweep.last().map_or(1.0, |last| last.x);
     let mut series = vec![Series { name: "boxes(depth)".to_owned(), points: sweep }];
     for row in report.levels {
         if let Accuracy::Pairs(_) = row.level {
-            let points = vec![(0.0, row.time_us.mean), (deepest, row.time_us.mean)];
+            let points = [0.0, deepest].map(|depth| Point::at(depth, row.time_us.mean)).to_vec();
             series.push(Series { name: row.level.to_string(), points });
         }
     }
-    series
+    Figure {
+        name: "depth".to_owned(),
+        title: "What stopping at a depth of both trees saves".to_owned(),
+        x: Axis::linear("depth"),
+        y: Axis::log("processor time of a scenario, mean (us)"),
+        series,
+    }
 }
 
 fn table(report: &Report<'_>) -> String {

@@ -10,7 +10,9 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
 
 use crate::mesh::MeshSource;
-use crate::scene::{self, Distribution, MatchRule, Slowdown, StartFrom, Transport, WorkerCount};
+use crate::scene::{
+    self, Compression, Distribution, MatchRule, Slowdown, StartFrom, Transport, WorkerCount,
+};
 use crate::transport::WakeUp;
 use crate::tree::Accuracy;
 
@@ -199,6 +201,10 @@ pub(super) struct EngineArgs {
     /// the master found
     #[arg(long, value_parser = one_of(StartFrom::ALL.map(|s| (s.name(), s))))]
     pub start_from: Option<StartFrom>,
+
+    /// What is done to subtrees before they are sent, over pipes or sockets
+    #[arg(long, value_parser = one_of(Compression::ALL.map(|c| (c.name(), c))))]
+    pub compress: Option<Compression>,
 
     /// How often another worker is started in the place of one that died
     #[arg(long, value_name = "N", value_parser = restarts)]

@@ -14,9 +14,9 @@ use super::request::scene_of;
 use super::{interrupt, terminal};
 use crate::experiment::latency::{self, LatencyError, LatencyOptions, LatencyRow};
 use crate::experiment::throughput::{self, Load, ThroughputError, ThroughputRow};
-use crate::report::plot::{self, Labels, Series};
+use crate::report::figure::{Axis, Figure, Point, Series};
 use crate::report::{Machine, Versions};
-use crate::scene::{MatchRule, Transport};
+use crate::scene::{EngineOptions, MatchRule, Transport};
 use crate::transport::WakeUp;
 use crate::tree::{Accuracy, BuildOptions};
 
@@ -38,9 +38,9 @@ fn to_json<R: Serialize>(rows: &[R]) -> String {
     serde_json::to_string_pretty(&report).expect("string keys and plain values") + "\n"
 }
 
-fn write(path: Option<&Path>, svg: impl FnOnce() -> Result<String, String>) -> anyhow::Result<()> {
+fn write(path: Option<&Path>, figure: &Figure) -> anyhow::Result<()> {
     let Some(path) = path else { return Ok(()) };
-    let svg = svg().map_err(|error| anyhow!("cannot draw the figure: {error}"))?;
+    let svg = figure.to_svg()?;
     std::fs::write(path, svg).with_context(|| format!("cannot write {}", path.display()))
 }
 
@@ -69,7 +69,7 @@ pub(super) fn transport(args: BenchTransportArgs) -> Result<(), Failure> {
         LatencyError::Interrupted => interrupt::before_results(),
         other => other.into(),
     })?;
-    write(args.svg.as_deref(), || latency_figure(&rows))?;
+    write(args.svg.as_deref(), &latency_figure(&rows))?;
     let text = if args.json { to_json(&rows) } else { latency_table(&rows) };
     Ok(terminal::print(&text).context("cannot print the figures")?)
 }
@@ -119,24 +119,30 @@ fn latency_table(rows: &[LatencyRow]) -> String {
     text
 }
 
-fn latency_figure(rows: &[LatencyRow]) -> Result<String, String> {
-    let mut series: Vec<Series> = Vec::new();
-    for row in rows {
+fn latency_figure(rows: &[LatencyRow]) -> Figure {
+    let point = |row: &LatencyRow| {
         let name = format!("{}, {}", row.transport.name(), row.wake_up);
-        let point = (row.bytes as f64, row.one_way.median);
-        match series.iter_mut().find(|one| one.name == name) {
-            Some(one) => one.points.push(point),
-            None => series.push(Series { name, points: vec![point] }),
-        }
+        (name, Point::at(row.bytes as f64, row.one_way.median))
+    };
+    Figure {
+        name: "latency".to_owned(),
+        title: "Handing a subtree over to a worker".to_owned(),
+        x: Axis::log("bytes"),
+        y: Axis::log("one way, median (us)"),
+        series: Series::grouped(rows.iter().map(point)),
     }
-    let title = "Handing a subtree over to a worker";
-    let labels = Labels { title, x: "bytes", y: "one way, median (us)" };
-    plot::log_log(&labels, &series).map_err(|error| error.to_string())
 }
 
 pub(super) fn engine(args: BenchEngineArgs) -> Result<(), Failure> {
     let interrupt = interrupt::on_ctrl_c().context("cannot listen to Ctrl-C")?;
-    let scene = scene_of(&args.scene)?;
+    let transports = or_all(args.over, &Transport::ALL);
+    let mut asked = args.scene;
+    asked.engine.transport = transports.first().copied();
+    let scene = scene_of(&asked)?;
+    for &transport in &transports {
+        let engine = EngineOptions { transport, ..scene.engine.clone() };
+        engine.check().map_err(Failure::usage)?;
+    }
     if scene.accuracy != Accuracy::EXACT {
         return Err(Failure::usage(anyhow!(
             "accuracy {}: engines are compared with exact answers only; see `bumper accuracy`",
@@ -163,7 +169,7 @@ pub(super) fn engine(args: BenchEngineArgs) -> Result<(), Failure> {
     };
     let match_rules = or_all(args.match_rules, &MatchRule::ALL);
     let mut rows = Vec::new();
-    for transport in or_all(args.over, &Transport::ALL) {
+    for transport in transports {
         for &matchmaker in &match_rules {
             for &workers in &workers {
                 let activity = terminal::activity("measuring");
@@ -177,7 +183,7 @@ pub(super) fn engine(args: BenchEngineArgs) -> Result<(), Failure> {
             }
         }
     }
-    write(args.svg.as_deref(), || throughput_figure(&rows))?;
+    write(args.svg.as_deref(), &throughput_figure(&rows))?;
     let text = if args.json { to_json(&rows) } else { throughput_table(&rows) };
     Ok(terminal::print(&text).context("cannot print the figures")?)
 }
@@ -214,16 +220,16 @@ fn throughput_table(rows: &[ThroughputRow]) -> String {
     text
 }
 
-fn throughput_figure(rows: &[ThroughputRow]) -> Result<String, String> {
-    let mut series: Vec<Series> = Vec::new();
-    for row in rows {
+fn throughput_figure(rows: &[ThroughputRow]) -> Figure {
+    let point = |row: &ThroughputRow| {
         let name = format!("{}, {}", row.transport.name(), row.matchmaker.name());
-        let point = (f64::from(row.workers), row.scenarios_per_s);
-        match series.iter_mut().find(|one| one.name == name) {
-            Some(one) => one.points.push(point),
-            None => series.push(Series { name, points: vec![point] }),
-        }
+        (name, Point::at(f64::from(row.workers), row.scenarios_per_s))
+    };
+    Figure {
+        name: "throughput".to_owned(),
+        title: "Scenarios a second".to_owned(),
+        x: Axis::linear("workers"),
+        y: Axis::linear("scenarios / s"),
+        series: Series::grouped(rows.iter().map(point)),
     }
-    let labels = Labels { title: "Scenarios a second", x: "workers", y: "scenarios / s" };
-    plot::linear(&labels, &series).map_err(|error| error.to_string())
 }

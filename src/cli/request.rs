@@ -10,6 +10,7 @@ use crate::effects::PairsAsked;
 use crate::geometry::simd::SimdLevel;
 use crate::report::OutputDir;
 use crate::scene::{EngineOptions, Scenarios, Scene, SceneError};
+use crate::transport::ranks;
 use crate::tree::Accuracy;
 
 pub(super) struct Request {
@@ -56,6 +57,10 @@ pub(super) fn scene_of(args: &SceneArgs) -> Result<Scene, Failure> {
     scene.engine.workers = args.workers.or(scene.engine.workers);
     scene.accuracy = args.accuracy.unwrap_or(scene.accuracy);
     override_engine(&mut scene.engine, &args.engine);
+    // Other machines are sent subtrees in any case.
+    if !ranks::was_launched() {
+        scene.engine.check().map_err(Failure::usage)?;
+    }
     if let Some(mesh) = &args.fixed {
         scene.fixed.mesh = mesh.clone();
     }
@@ -152,6 +157,7 @@ fn override_engine(engine: &mut EngineOptions, args: &EngineArgs) {
     engine.buffer_scenarios = args.buffer_scenarios.unwrap_or(engine.buffer_scenarios);
     engine.buffer_kilobytes = args.buffer_kilobytes.or(engine.buffer_kilobytes);
     engine.start_from = args.start_from.or(engine.start_from);
+    engine.compress = args.compress.unwrap_or(engine.compress);
     engine.restarts = args.restarts.unwrap_or(engine.restarts);
     engine.patience = args.patience.unwrap_or(engine.patience);
     if let Some(slowdowns) = &args.slowdowns {

@@ -57,6 +57,7 @@ pub(super) fn run(args: RunArgs) -> Result<(), Failure> {
     interrupt::check(&interrupt)?;
 
     let outputs = Outputs {
+        scene: scene.to_toml()?,
         contacts: request.contacts,
         overlap_only: scene.effects.pairs == PairsAsked::Overlap,
         layout: plan.layout(),

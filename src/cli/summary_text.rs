@@ -3,7 +3,8 @@
 use std::fmt::Write;
 
 use crate::report::{CostFit, EffectSummary, Summary, TreeCosts};
-use crate::scheduler::client_manager::NodeReport;
+use crate::scene::Compression;
+use crate::scheduler::client_manager::{NodeReport, TransferReport};
 use crate::tree::Accuracy;
 use crate::tree::cache::CacheOutcome;
 
@@ -36,6 +37,9 @@ pub(super) fn summary_text(summary: &Summary) -> String {
     if !summary.nodes.is_empty() {
         line("nodes", nodes(summary));
         line("link", link(summary));
+    }
+    if summary.transfer.compress != Compression::None {
+        line("compressed", compressed(&summary.transfer));
     }
     if summary.effects.len() > 1 {
         text += &effects_table(&summary.effects);
@@ -149,6 +153,13 @@ fn link(summary: &Summary) -> String {
     let sum = |of: fn(&NodeReport) -> u64| grouped(summary.nodes.iter().map(of).sum());
     let (sent, received) = (sum(|node| node.link_bytes_sent), sum(|node| node.link_bytes_received));
     format!("{sent} bytes sent, {received} received")
+}
+
+/// What each subtree is, once.
+fn compressed(transfer: &TransferReport) -> String {
+    let TransferReport { compress_s, bytes_plain, bytes_packed, .. } = transfer;
+    let [plain, packed] = [bytes_plain, bytes_packed].map(|bytes| grouped(*bytes));
+    format!("{plain} bytes of subtrees to {packed}, {compress_s:.3} s")
 }
 
 fn seconds(seconds: f64) -> String {

@@ -1,11 +1,8 @@
 //! Figures of what accuracy costs.
 
-use std::error::Error;
+use plotters::style::Color;
 
-use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
-
-use super::plot::{COLOURS, SIZE};
+use super::figure::{self, Canvas, DrawError, INK, Legend, Look, Place, RADIUS, Span, WIDTH};
 
 /// A level of accuracy.
 pub struct Mark {
@@ -13,86 +10,62 @@ pub struct Mark {
     pub time_us: f64,
     /// 0 has a band of its own.
     pub error: f64,
-    /// Marks of one group have one colour.
+    /// Marks of one group look alike.
     pub group: usize,
 }
+
+/// The group that has no errors.
+pub const EXACT: usize = 2;
 
 /// Decades between the band of zero error and the least error, and above the greatest.
 const GAP: f64 = 0.6;
 /// Height of that band in decades.
 const BAND: f64 = 1.0;
-const FONT: (&str, u32) = ("sans-serif", 14);
-const RADIUS: i32 = 5;
 
 /// Error against time, both logarithmic, and the Pareto front: no level to the left of it is as
-/// accurate.
-pub fn error_against_time(title: &str, marks: &[Mark]) -> Result<String, Box<dyn Error>> {
-    let positive = || marks.iter().map(|mark| mark.error).filter(|e| *e > 0.0).map(f64::log10);
-    let low = positive().fold(f64::INFINITY, f64::min).min(0.0).floor();
-    let high = positive().fold(f64::NEG_INFINITY, f64::max).max(0.0);
-    let zero = low - GAP - 0.5 * BAND;
-    let height = |error: f64| if error > 0.0 { error.log10() } else { zero };
-    let times = || marks.iter().map(|mark| mark.time_us);
-    let fastest = times().fold(f64::INFINITY, f64::min) / 1.7;
-    let slowest = times().fold(0.0, f64::max) * 1.9;
-
+/// accurate. An SVG file.
+pub fn error_against_time(title: &str, marks: &[Mark]) -> Result<String, DrawError> {
     let mut svg = String::new();
-    {
-        let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
-        area.fill(&WHITE)?;
-        let mut chart = ChartBuilder::on(&area)
-            .caption(title, ("sans-serif", 20))
-            .margin(14)
-            .margin_right(24)
-            .x_label_area_size(46)
-            .y_label_area_size(78)
-            .build_cartesian_2d(
-                (fastest..slowest).log_scale(),
-                low - GAP - BAND..(high + GAP).max(low + 2.0),
-            )?;
-        let label = |exponent: &f64| match *exponent {
-            e if e < low - 0.01 || (e - e.round()).abs() > 0.01 => String::new(),
-            e => format!("1e{:.0}", e + 0.0),
-        };
-        let decades = (high + GAP - low).ceil() as usize + 3;
-        chart
-            .configure_mesh()
-            .x_desc("processor time of a scenario, mean (us)")
-            .y_desc("wrong pairs for each pair that there is")
-            .x_label_formatter(&|us| format!("{us}"))
-            .y_labels(decades)
-            .y_label_formatter(&label)
-            .light_line_style(BLACK.mix(0.05))
-            .x_max_light_lines(9)
-            .y_max_light_lines(1)
-            .label_style(FONT)
-            .draw()?;
-        chart.draw_series([Rectangle::new(
-            [(fastest, low - GAP - BAND), (slowest, low - GAP)],
-            COLOURS[2].mix(0.12).filled(),
-        )])?;
-        let front = pareto(marks);
-        let line = front.iter().map(|&i| (marks[i].time_us, height(marks[i].error)));
-        chart.draw_series(LineSeries::new(line, BLACK.mix(0.35).stroke_width(2)))?;
-        let points = marks.iter().map(|mark| {
-            let at = (mark.time_us, height(mark.error));
-            Circle::new(at, RADIUS, COLOURS[mark.group % COLOURS.len()].filled())
-        });
-        chart.draw_series(points)?;
-        let places: Vec<_> =
-            marks.iter().map(|m| chart.backend_coord(&(m.time_us, height(m.error)))).collect();
-        let band = chart.backend_coord(&(fastest, zero));
-        let style = FONT.into_font().color(&BLACK);
-        let no_error = style.pos(Pos::new(HPos::Left, VPos::Center));
-        area.draw(&Text::new("no error", (band.0 + 8, band.1), no_error))?;
-        let names: Vec<_> = marks.iter().map(|mark| mark.name.as_str()).collect();
-        for (name, (corner, _)) in names.iter().zip(without_overlap(&names, &places)) {
-            let style = FONT.into_font().color(&BLACK).pos(Pos::new(HPos::Left, VPos::Center));
-            area.draw(&Text::new(*name, corner, style))?;
-        }
-        area.present()?;
+    draw(&mut svg, title, marks)?;
+    Ok(figure::as_file(&svg, title))
+}
+
+fn draw(svg: &mut String, title: &str, marks: &[Mark]) -> Result<(), DrawError> {
+    let errors = || marks.iter().map(|mark| mark.error).filter(|e| *e > 0.0).map(f64::log10);
+    let low = errors().fold(f64::INFINITY, f64::min).min(0.0).floor();
+    let high = errors().fold(f64::NEG_INFINITY, f64::max).max(0.0);
+    let [bottom, zero] = [low - GAP - BAND, low - GAP - 0.5 * BAND].map(|e| 10_f64.powf(e));
+    let height = |error: f64| if error > 0.0 { error } else { zero };
+    let times = || marks.iter().map(|mark| mark.time_us.log10());
+    let fastest = times().fold(f64::INFINITY, f64::min) - 0.23;
+    let slowest = times().fold(f64::NEG_INFINITY, f64::max) + 0.28;
+
+    let canvas = Canvas::new(svg, Legend::default());
+    let x = Span::of_exponents([fastest, slowest]);
+    let y = Span::of_exponents([bottom.log10(), (high + GAP).max(low + 2.0)]);
+    let labels =
+        ["processor time of a scenario, mean (us)", "wrong pairs for each pair that there is"];
+    let y = y.labelled_from(10_f64.powf(low - 0.1));
+    let chart = canvas.frame(title, labels, x, y)?;
+    let at = |time_us: f64, error: f64| chart.backend_coord(&(time_us, height(error)));
+    let [left, right] = [fastest, slowest].map(|exponent| 10_f64.powf(exponent));
+    let [top, foot] = [10_f64.powf(low - GAP), bottom];
+    let corners = [chart.backend_coord(&(left, top)), chart.backend_coord(&(right, foot))];
+    canvas.draw_rectangle(corners, Look::of(EXACT).colour.mix(0.15))?;
+    let front = pareto(marks);
+    let line = front.iter().map(|&i| at(marks[i].time_us, marks[i].error)).collect();
+    canvas.draw_path(line, INK.mix(0.35).stroke_width(2))?;
+    let places: Vec<_> = marks.iter().map(|m| at(m.time_us, m.error)).collect();
+    for (mark, &place) in marks.iter().zip(&places) {
+        canvas.mark(Look::of(mark.group), place)?;
     }
-    Ok(svg)
+    let band = at(left, 0.0);
+    canvas.text("no error", (band.0 + 8, band.1))?;
+    let names: Vec<_> = marks.iter().map(|mark| mark.name.as_str()).collect();
+    for (name, (corner, _)) in names.iter().zip(without_overlap(&names, &places)) {
+        canvas.text(name, corner)?;
+    }
+    canvas.present()
 }
 
 /// Marks that are faster than all that are as accurate, from the fastest.
@@ -108,12 +81,11 @@ fn pareto(marks: &[Mark]) -> Vec<usize> {
     by_time
 }
 
-type Pixel = (i32, i32);
 /// Left end of the middle line, and width.
-type Placed = (Pixel, i32);
+type Placed = (Place, i32);
 
 /// Beside its mark, where neither marks nor other names are; to the right if there is no such place.
-fn without_overlap(names: &[&str], marks: &[Pixel]) -> Vec<Placed> {
+fn without_overlap(names: &[&str], marks: &[Place]) -> Vec<Placed> {
     const HALF_LINE: i32 = 8;
     let mut placed: Vec<Placed> = Vec::new();
     for (name, &(x, y)) in names.iter().zip(marks) {
@@ -131,14 +103,14 @@ fn without_overlap(names: &[&str], marks: &[Pixel]) -> Vec<Placed> {
             (x - beside - width, y - above),
             (x - beside - width, y + above),
         ];
-        let is_free = |&(left, middle): &Pixel| {
+        let is_free = |&(left, middle): &Place| {
             let clear_of = |from: i32, to: i32, at: i32, half: i32| {
                 to < left || left + width < from || (at - middle).abs() > HALF_LINE + half
             };
             marks.iter().all(|&(mx, my)| clear_of(mx - RADIUS, mx + RADIUS, my, RADIUS))
                 && placed.iter().all(|&((l, m), w)| clear_of(l, l + w, m, HALF_LINE))
                 && left > 90
-                && left + width < SIZE.0 as i32 - 20
+                && left + width < WIDTH as i32 - 20
         };
         let place = candidates.into_iter().find(is_free).unwrap_or(candidates[0]);
         placed.push((place, width));

@@ -11,6 +11,8 @@ use crate::effects::TABLES;
 use crate::effects::layout::{Layout, Table};
 use crate::scheduler::client_manager::ScenarioResult;
 
+/// The scene as it was run.
+pub const SCENE: &str = "scene.toml";
 const SUMMARY: &str = "summary.json";
 const SCENARIOS: &str = "scenarios.csv";
 /// Of the fixed and of the moving vehicle, after a crash.
@@ -38,6 +40,8 @@ pub enum OutputError {
 /// What a run writes, beside its summary and its scenarios.
 #[derive(Clone, Debug, Default)]
 pub struct Outputs {
+    /// The scene as a file.
+    pub scene: String,
     pub contacts: bool,
     pub overlap_only: bool,
     /// Of what effects say.
@@ -98,6 +102,7 @@ impl OutputDir {
             remove_if_there(&path)?;
             remove_if_there(&partial(&path))?;
         }
+        fs::write(self.path.join(SCENE), &outputs.scene)?;
         let scenarios = ScenariosCsv::create(&self.path.join(SCENARIOS), &outputs)?;
         let create = |table: &Table| {
             let name = table_file(table.name);
@@ -247,7 +252,8 @@ mod tests {
         assert!(refused.contains("contacts.parquet") && refused.contains("space"), "{refused}");
         let names: Vec<_> =
             fs::read_dir(place.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
-        assert_eq!(names, [SCENARIOS]);
+        assert_eq!(names.len(), 2, "{names:?}");
+        assert!([SCENARIOS, SCENE].iter().all(|name| names.contains(&name.into())));
         assert_eq!(fs::read_to_string(place.path().join(SCENARIOS)).unwrap().lines().count(), 2);
     }
 }

@@ -8,7 +8,7 @@ use crate::geometry::Point;
 use crate::geometry::simd::SimdLevel;
 use crate::mesh::TriangleMesh;
 use crate::scene::{Body, MatchRule, Scenarios, Scene, Slowdown, StartFrom};
-use crate::scheduler::client_manager::{EngineReport, NodeReport, WorkerReport};
+use crate::scheduler::client_manager::{EngineReport, NodeReport, TransferReport, WorkerReport};
 use crate::tree::cache::CacheOutcome;
 use crate::tree::roots::Cut;
 use crate::tree::{Accuracy, FORMAT_VERSION, TreeImage, TreeKind};
@@ -43,6 +43,8 @@ pub struct Summary {
     pub bytes_copied: u64,
     /// `bytes_copied` over the bytes of both trees (section 7.2 of the paper).
     pub relative_data_transfer: f64,
+    /// All zero where nothing is sent.
+    pub transfer: TransferReport,
     /// Over `time.scenarios_s`.
     pub scenarios_per_s: f64,
     pub time: Times,
@@ -174,6 +176,7 @@ impl Summary {
             bytes_published: engine.bytes_published,
             bytes_copied: engine.bytes_sent,
             relative_data_transfer: engine.relative_data_transfer,
+            transfer: engine.transfer,
             scenarios_per_s: rate(engine.completed, engine.scenarios_s),
             time: Times {
                 publish_s: engine.publish_s,

@@ -24,6 +24,8 @@ pub struct EngineOptions {
     pub buffer_kilobytes: Option<NonZeroU64>,
     /// Absent: what is faster with the transport.
     pub start_from: Option<StartFrom>,
+    /// Of subtrees that are sent.
+    pub compress: Compression,
     /// How often another worker is started in the place of one that died.
     pub restarts: u32,
     /// A worker that answers nothing for so long is ended.
@@ -33,10 +35,32 @@ pub struct EngineOptions {
 }
 
 impl EngineOptions {
+    /// Whether what is asked of subtrees that are sent is asked where they are.
+    pub fn check(&self) -> Result<(), NothingSent> {
+        let asked = (self.compress != Compression::None).then_some(NothingSent {
+            option: "compress",
+            value: self.compress.name(),
+            transport: self.transport.name(),
+        });
+        asked.filter(|_| self.transport.has_geometry_in_place()).map_or(Ok(()), Err)
+    }
+
     /// As many as were asked for, or as there are cores.
     pub fn worker_count(&self) -> NonZeroU32 {
         self.workers.unwrap_or_else(WorkerCount::of_this_machine).get()
     }
+}
+
+/// An option of what is not done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "{option} = {value}: over {transport} workers use the geometry where it is, and no subtrees are \
+     sent: take the transport pipe or socket, or leave {option} out"
+)]
+pub struct NothingSent {
+    option: &'static str,
+    value: &'static str,
+    transport: &'static str,
 }
 
 impl Default for EngineOptions {
@@ -50,6 +74,7 @@ impl Default for EngineOptions {
             buffer_scenarios: NonZeroU32::new(20).unwrap(),
             buffer_kilobytes: None,
             start_from: None,
+            compress: Compression::None,
             restarts: 5,
             patience: Duration::from_secs(60),
             slowdowns: Vec::new(),
@@ -83,6 +108,11 @@ impl Transport {
             Self::Pipe => "pipe",
             Self::Socket => "socket",
         }
+    }
+
+    /// Otherwise subtrees are sent.
+    pub fn has_geometry_in_place(self) -> bool {
+        matches!(self, Self::Iceoryx2 | Self::Threads)
     }
 }
 
@@ -118,6 +148,29 @@ impl MatchRule {
     /// Whether it looks at the geometry at all.
     pub fn needs_scores(self) -> bool {
         self != Self::Random
+    }
+}
+
+/// What is done to subtrees before they are sent (section 8 of the paper).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Compression {
+    /// They are sent as they are
+    #[default]
+    None,
+    /// Each becomes an LZ4 block, once a run, if that makes it smaller
+    Lz4,
+}
+
+impl Compression {
+    pub const ALL: [Self; 2] = [Self::None, Self::Lz4];
+
+    /// In scene files, on the command line, and in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Lz4 => "lz4",
+        }
     }
 }
 
@@ -194,6 +247,9 @@ mod tests {
             assert_eq!(written(serde_json::to_value(value).unwrap()), value.name());
         }
         for value in StartFrom::ALL {
+            assert_eq!(written(serde_json::to_value(value).unwrap()), value.name());
+        }
+        for value in Compression::ALL {
             assert_eq!(written(serde_json::to_value(value).unwrap()), value.name());
         }
     }

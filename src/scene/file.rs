@@ -11,8 +11,8 @@ use super::effects::{EffectsFile, MotionFile};
 use super::random::RandomScenarios;
 use super::values::{buffer_kilobytes, buffer_scenarios, patience, positive, restarts};
 use super::{
-    Body, Distribution, EngineOptions, MatchRule, Penetration, Scenarios, Scene, SceneError,
-    Slowdown, StartFrom, Transport, WorkerCount,
+    Body, Compression, Distribution, EngineOptions, MatchRule, Penetration, Scenarios, Scene,
+    SceneError, Slowdown, StartFrom, Transport, WorkerCount,
 };
 use crate::geometry::Point;
 use crate::mesh::MeshSource;
@@ -57,6 +57,7 @@ struct TreeFile {
 struct ScenariosFile {
     random: Option<RandomFile>,
     poses: Option<PathBuf>,
+    first: Option<Spanned<i64>>,
 }
 
 #[derive(Deserialize)]
@@ -77,6 +78,7 @@ struct EngineFile {
     #[serde(default)]
     buffer: BufferFile,
     start_from: Option<StartFrom>,
+    compress: Option<Compression>,
     restarts: Option<Spanned<i64>>,
     patience_s: Option<Spanned<f64>>,
     #[serde(default)]
@@ -122,6 +124,7 @@ impl Scene {
                 file.motion.as_ref(),
                 [&file.fixed, &file.moving],
             )?,
+            file: toml::from_str(text).expect("it was read before"),
         })
     }
 }
@@ -185,10 +188,19 @@ impl Source<'_> {
     }
 
     fn scenarios(&self, file: &Spanned<ScenariosFile>) -> Result<Scenarios, SceneError> {
-        match (&file.get_ref().random, &file.get_ref().poses) {
-            (Some(random), None) => Ok(Scenarios::Random(self.random(random)?)),
+        let ScenariosFile { random, poses, first } = file.get_ref();
+        match (random, poses) {
+            (Some(random), None) => match first {
+                None => Ok(Scenarios::Random(self.random(random)?)),
+                Some(first) => {
+                    let reason = "is of `poses`: random scenarios have a `count`";
+                    Err(self.wrong(first, "scenarios.first", reason))
+                }
+            },
             (None, Some(poses)) => {
-                Ok(Scenarios::Poses { file: self.folder.join(poses), first: None })
+                let count = |n| positive(n, "a number of rows", i64::from(u32::MAX)).map(Some);
+                let first = self.checked(first.as_ref(), "scenarios.first", None, count)?;
+                Ok(Scenarios::Poses { file: self.folder.join(poses), first })
             }
             (None, None) => {
                 let reason = "says nothing: write `random = { count = 100 }` or `poses = \"FILE\"`";
@@ -244,6 +256,7 @@ impl Source<'_> {
                 |n| buffer_kilobytes(n).map(Some),
             )?,
             start_from: file.start_from,
+            compress: file.compress.unwrap_or(default.compress),
             restarts: self.checked(
                 file.restarts.as_ref(),
                 "engine.restarts",

@@ -9,8 +9,11 @@ pub mod poses;
 pub mod random;
 mod switch;
 mod values;
+mod written;
 
-pub use engine::{EngineOptions, MatchRule, Slowdown, StartFrom, Transport};
+pub use engine::{
+    Compression, EngineOptions, MatchRule, NothingSent, Slowdown, StartFrom, Transport,
+};
 pub use error::{PosesError, SceneError};
 pub use file::DEFAULT_SCENE;
 pub use poses::read_poses;
@@ -18,6 +21,7 @@ pub use values::{
     Distribution, OutOfRange, Penetration, WorkerCount, buffer_kilobytes, buffer_scenarios,
     patience, restarts,
 };
+pub use written::Unwritable;
 
 use std::num::NonZeroU32;
 use std::path::PathBuf;
@@ -40,6 +44,8 @@ pub struct Scene {
     pub scenarios: Scenarios,
     pub engine: EngineOptions,
     pub effects: Asked,
+    /// As it was written.
+    file: toml::Table,
 }
 
 impl Scene {

@@ -1,4 +1,4 @@
-use crate::scene::{MatchRule, StartFrom};
+use crate::scene::{Compression, MatchRule, StartFrom};
 
 /// Times in seconds.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -13,10 +13,11 @@ pub struct EngineReport {
     pub set_aside: Vec<u32>,
     /// Bytes of images, copied once to where every worker can read them.
     pub bytes_published: u64,
-    /// Bytes of subtrees that were sent to single workers.
+    /// Bytes of subtrees that the master sent to single workers, compressed if they were.
     pub bytes_sent: u64,
     /// `bytes_sent` over the bytes of both trees (section 7.2 of the paper).
     pub relative_data_transfer: f64,
+    pub transfer: TransferReport,
     pub publish_s: f64,
     /// First process started to last worker ready. Loading, building, publishing and the first
     /// scenarios overlap with it.
@@ -51,6 +52,29 @@ pub struct NodeReport {
     pub link_bytes_received: u64,
 }
 
+/// How subtrees went to the workers, where they are sent.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+pub struct TransferReport {
+    pub compress: Compression,
+    /// What compressing took the master before the first scenario, on all cores.
+    pub compress_s: f64,
+    /// Of all subtrees of both trees, once each: as they are.
+    pub bytes_plain: u64,
+    /// And as they are sent.
+    pub bytes_packed: u64,
+}
+
+impl TransferReport {
+    fn followed_by(&self, then: &Self) -> Self {
+        Self {
+            compress_s: self.compress_s + then.compress_s,
+            bytes_plain: self.bytes_plain + then.bytes_plain,
+            bytes_packed: self.bytes_packed + then.bytes_packed,
+            ..*then
+        }
+    }
+}
+
 impl EngineReport {
     /// Of two runs of one engine, the scenarios of the second numbered from `first` on.
     pub fn followed_by(self, then: Self, first: u32) -> Self {
@@ -63,6 +87,7 @@ impl EngineReport {
             set_aside,
             bytes_sent,
             relative_data_transfer: self.relative_data_transfer + then.relative_data_transfer,
+            transfer: self.transfer.followed_by(&then.transfer),
             first_result_s: self.first_result_s,
             scenarios_s: self.scenarios_s + then.scenarios_s,
             pre_analysis_s: self.pre_analysis_s + then.pre_analysis_s,

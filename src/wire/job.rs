@@ -20,6 +20,7 @@ const ADD_TREE: u16 = 3;
 const ADD_SUBTREE: u16 = 4;
 const REMOVE_TREE: u16 = 5;
 const PLAN: u16 = 6;
+const ELSEWHERE: u16 = 8;
 
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -111,6 +112,11 @@ impl JobHeader {
         Self { trees: [tree, 0], ..Self::of_kind(REMOVE_TREE) }
     }
 
+    /// Of a message whose body says where a longer one was published.
+    pub fn elsewhere() -> Self {
+        Self::of_kind(ELSEWHERE)
+    }
+
     pub fn terminate() -> Self {
         Self::of_kind(TERMINATE)
     }
@@ -138,6 +144,10 @@ pub enum Job<'a> {
     },
     Plan {
         number: u32,
+        body: &'a [u8],
+    },
+    /// The job is what was published there.
+    Elsewhere {
         body: &'a [u8],
     },
     Terminate,
@@ -206,6 +216,10 @@ impl<'a> Job<'a> {
                 zero("tree", tree)?;
                 only_tree(&JobHeader { plan: 0, ..*header })?;
                 Ok(Self::Plan { number, body })
+            }
+            ELSEWHERE => {
+                zero("tree", tree)?;
+                only_tree(header).map(|()| Self::Elsewhere { body })
             }
             TERMINATE => zero("tree", tree)
                 .and_then(|()| only_tree(header))

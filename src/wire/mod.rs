@@ -11,7 +11,7 @@ mod job;
 mod plan;
 mod reply;
 
-pub use in_place::{InPlaceTree, plan_in_place, published_plan};
+pub use in_place::{InPlaceTree, published_at, place_of};
 pub use job::{Batch, Job, JobHeader, ScenarioRecord};
 pub use plan::PlanMessage;
 pub use reply::{AnswerRecord, AnswerStatus, CostRecord, Reply, ReplyHeader, TreeRecord};

@@ -14,7 +14,7 @@ fn arguments_that_make_no_sense_are_usage_errors() {
         "poses.toml",
         "version = 1\nfixed.mesh = 'a.stl'\nmoving.mesh = 'b.stl'\nscenarios.poses = 'p.csv'\n",
     );
-    let cases: [(&[&str], &[&str]); 9] = [
+    let cases: [(&[&str], &[&str]); 12] = [
         (&["run", "--workers", "0"], &["--workers", "0 is not a number of workers"]),
         (&["run", "--workers", "many"], &["--workers", "'many' is not a number"]),
         (&["run", "--count", "0"], &["--count"]),
@@ -24,6 +24,9 @@ fn arguments_that_make_no_sense_are_usage_errors() {
         (&["run", "--contacts"], &["--out"]),
         (&["run", "--fixed", "builtin:tank"], &["--fixed", "tank"]),
         (&["drive"], &["drive"]),
+        (&["run", "--compress", "zip"], &["--compress", "lz4"]),
+        (&["run", "--compress", "lz4"], &["compress = lz4", "iceoryx2", "pipe or socket"]),
+        (&["bench", "engine", "--over", "pipe,threads", "--compress", "lz4"], &["over threads"]),
     ];
     for (arguments, words) in cases {
         refused(&place.run(arguments), 2, words);

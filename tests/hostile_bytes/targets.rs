@@ -14,7 +14,7 @@ use bumper::hardcases::{Cases, Suite};
 use bumper::mesh::{Format, TriangleMesh};
 use bumper::tree::descent::{Descent, Pair};
 use bumper::tree::roots::{Cut, PreAnalysis};
-use bumper::tree::subtree::{PartialTree, Subtrees};
+use bumper::tree::subtree::{PartialTree, Subtrees, compressed};
 use bumper::tree::{
     Accuracy, Block, BoxDepth, BuildOptions, Header, TreeImage, TreeKind, TreeView, build,
 };
@@ -187,7 +187,12 @@ fn subtree_seeds() -> Vec<Vec<u8>> {
         let subtrees = Subtrees::new(tree.view(), CUT);
         seeds.push([&[u8::MAX], &subtrees.outline()[..]].concat());
         let message = |root| subtrees.message(root).expect("one of its roots");
-        seeds.extend((0..subtrees.count()).map(|root| [&[choice], &message(root)[..]].concat()));
+        for root in 0..subtrees.count() {
+            let plain = message(root);
+            let packed = compressed(&plain);
+            let packed = packed.iter().chain([&plain]);
+            seeds.extend(packed.map(|message| [&[choice], &message[..]].concat()));
+        }
     }
     seeds
 }

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use super::crew::{Crew, ignore};
 use super::planned::Planned;
 use super::session::{Session, TICK};
+use super::supply::Published;
 use super::{EffectsWork, EngineError, EngineReport, ResultSink, Work};
 use crate::scene::{EngineOptions, Slowdown};
 use crate::scheduler::collection::BadReply;
@@ -151,10 +152,9 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Engine<T, L> {
             return Err(EngineError::Kinds { fixed: kinds[0], moving: kinds[1] });
         }
         let images = [&*fixed, &*moving];
-        let is_shared = self.crew.transport.shared_geometry().is_some();
+        let is_anything_sent = Published::of(&mut self.crew.transport) != Published::ToAll;
         // Effects look at whole trees: where these have to be sent, they are, in one piece.
-        let has_others = self.crew.transport.other_nodes().is_some();
-        let in_one_piece = work.effects.is_some() && (!is_shared || has_others);
+        let in_one_piece = work.effects.is_some() && is_anything_sent;
         let cut = |cut| if in_one_piece { Cut::Depth(0) } else { cut };
         let keys = [(work.fixed, false), (work.moving, true)]
             .map(|((mesh, asked), is_moving)| TreeKey { mesh, cut: cut(asked), is_moving });
@@ -223,7 +223,9 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Engine<T, L> {
         }
         let number = self.next_tree;
         self.next_tree += 1;
-        let mut planned = Planned::new(number, effects.plan, parts);
+        let published = Published::of(&mut self.crew.transport);
+        let compress = self.options.compress;
+        let mut planned = Planned::new(number, effects.plan, &parts, published, compress);
         if let Some(shared) = self.crew.transport.shared_geometry() {
             let place = self.next_mesh;
             self.next_mesh += 1;

@@ -11,11 +11,11 @@ mod supply;
 use std::io;
 
 use super::collection::BadReply;
-pub use super::engine_report::{EngineReport, NodeReport, WorkerReport};
+pub use super::engine_report::{EngineReport, NodeReport, TransferReport, WorkerReport};
 use crate::effects::Plan;
 use crate::effects::layout::Sayings;
 use crate::geometry::Pose;
-use crate::scene::OutOfRange;
+use crate::scene::{NothingSent, OutOfRange};
 use crate::transport::{TransportError, WorkerId};
 use crate::tree::descent::Pair;
 use crate::tree::roots::Cut;
@@ -86,6 +86,8 @@ pub enum EngineError {
     ThreadsOnRanks,
     #[error("a worker for each rank: {0}")]
     Ranks(OutOfRange),
+    #[error(transparent)]
+    NothingSent(#[from] NothingSent),
     #[error("the engine has stopped in the middle of a run: start another")]
     Stopped,
     #[error(transparent)]

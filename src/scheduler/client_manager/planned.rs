@@ -3,13 +3,13 @@
 use std::sync::Arc;
 
 use super::MeshId;
-use super::supply::Way;
+use super::supply::{Published, SentTree, Way};
 use crate::effects::Plan;
 use crate::effects::layout::Layout;
+use crate::scene::Compression;
 use crate::tree::TreeImage;
 use crate::tree::roots::Cut;
-use crate::tree::subtree::Subtrees;
-use crate::wire::{InPlaceTree, JobHeader, PlanMessage, plan_in_place};
+use crate::wire::{InPlaceTree, JobHeader, PlanMessage, published_at};
 
 pub(super) struct Planned {
     /// Plans are numbered as trees are.
@@ -18,7 +18,16 @@ pub(super) struct Planned {
     /// Where workers can read it, if there is such a place.
     pub published: Option<u32>,
     text: Vec<u8>,
-    parts: Vec<(u32, MeshId, Arc<TreeImage>)>,
+    parts: Vec<Part>,
+}
+
+/// What is said of a tree that workers are to have as a whole.
+struct Part {
+    /// Its number.
+    tree: u32,
+    in_place: Message,
+    /// Empty if nobody is sent anything.
+    sent: Vec<Message>,
 }
 
 /// A message, in parts.
@@ -26,9 +35,24 @@ type Message = Vec<Vec<u8>>;
 
 impl Planned {
     /// `parts`: the trees by their numbers.
-    pub(super) fn new(number: u32, plan: &Plan, parts: Vec<(u32, MeshId, Arc<TreeImage>)>) -> Self {
+    pub(super) fn new(
+        number: u32,
+        plan: &Plan,
+        parts: &[(u32, MeshId, Arc<TreeImage>)],
+        published: Published,
+        compress: Compression,
+    ) -> Self {
         let numbers = parts.iter().map(|(tree, ..)| *tree).collect();
         let text = PlanMessage { plan: plan.clone(), parts: numbers }.to_bytes();
+        let parts = parts.iter().map(|(tree, mesh, image)| {
+            let place = InPlaceTree { mesh: mesh.0, cut: WHOLE }.to_bytes().to_vec();
+            let sent = match published {
+                Published::ToAll => Vec::new(),
+                _ => sent(*tree, image, compress),
+            };
+            Part { tree: *tree, in_place: message(&JobHeader::add_tree(*tree), place), sent }
+        });
+        let parts = parts.collect();
         Self { number, layout: plan.layout(), published: None, text, parts }
     }
 
@@ -38,37 +62,33 @@ impl Planned {
 
     /// The numbers of what a worker is told of: trees first.
     pub(super) fn numbers(&self) -> impl Iterator<Item = u32> {
-        self.parts.iter().map(|(tree, ..)| *tree).chain([self.number])
+        self.parts.iter().map(|part| part.tree).chain([self.number])
     }
 
     /// What is said of the thing with that number to a worker that comes to it in this way.
     pub(super) fn messages(&self, number: u32, way: Way) -> Vec<Message> {
-        if let Some(part) = self.parts.iter().find(|(tree, ..)| *tree == number) {
-            return self.tree(part, way);
+        if let Some(part) = self.parts.iter().find(|part| part.tree == number) {
+            return match way {
+                Way::InPlace => vec![part.in_place.clone()],
+                Way::Sent => part.sent.clone(),
+                Way::ByNode(_) => vec![message(&JobHeader::add_tree(number), Vec::new())],
+            };
         }
         let plan = match (way, self.published) {
-            (Way::InPlace, Some(place)) => plan_in_place(place).to_vec(),
-            (Way::ByNode(_), _) => plan_in_place(self.number).to_vec(),
+            (Way::InPlace, Some(place)) => published_at(place).to_vec(),
+            (Way::ByNode(_), _) => published_at(self.number).to_vec(),
             _ => self.text.clone(),
         };
         vec![message(&JobHeader::plan(self.number), plan)]
     }
+}
 
-    fn tree(&self, part: &(u32, MeshId, Arc<TreeImage>), way: Way) -> Vec<Message> {
-        let ((tree, mesh, image), cut) = (part, Cut::Depth(0));
-        let (tree, add) = (*tree, JobHeader::add_tree(*tree));
-        let subtrees = match way {
-            Way::InPlace => {
-                let place = InPlaceTree { mesh: mesh.0, cut }.to_bytes().to_vec();
-                return vec![message(&add, place)];
-            }
-            Way::ByNode(_) => return vec![message(&add, Vec::new())],
-            Way::Sent => Subtrees::new(image.view(), cut),
-        };
-        let whole = subtrees.message(0).expect("a tree has a root");
-        let whole = message(&JobHeader::add_subtree(tree), whole);
-        vec![message(&add, subtrees.outline()), whole]
-    }
+const WHOLE: Cut = Cut::Depth(0);
+
+fn sent(tree: u32, image: &TreeImage, compress: Compression) -> Vec<Message> {
+    let sent = SentTree::new(image.view(), WHOLE, compress);
+    let whole = message(&JobHeader::add_subtree(tree), sent.message(0).into_owned());
+    vec![message(&JobHeader::add_tree(tree), sent.outline()), whole]
 }
 
 fn message(header: &JobHeader, body: Vec<u8>) -> Message {

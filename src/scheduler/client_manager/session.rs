@@ -75,14 +75,10 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
         let scenarios = u32::try_from(work.poses.len())
             .map_err(|_| EngineError::TooManyScenarios(work.poses.len()))?;
         let options = &engine.options;
-        let transport = &mut engine.crew.transport;
-        let published = match (transport.shared_geometry().is_some(), transport.other_nodes()) {
-            (false, _) => Published::Nowhere,
-            (true, None) => Published::ToAll,
-            (true, Some(_)) => Published::ToThisNode,
-        };
-        let supply = Supply::new(published, options.start_from, keys, images)?;
+        let published = Published::of(&mut engine.crew.transport);
         let views = images.map(TreeImage::view);
+        let (supply, transfer) =
+            Supply::new(published, keys, options.start_from, views, options.compress)?;
         let workers = engine.crew.len();
         let limits = BufferLimits {
             scenarios: options.buffer_scenarios.get(),
@@ -102,6 +98,7 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
             bytes_published: engine.bytes_published,
             bytes_sent: 0,
             relative_data_transfer: 0.0,
+            transfer,
             publish_s: engine.publish_s,
             start_workers_s: 0.0,
             first_result_s: 0.0,

@@ -50,6 +50,7 @@ impl<T: MasterEnd, L: Launch<T::Attach>> AnyEngine for Engine<T, L> {
 
 /// Starts an engine whose worker processes, if workers are processes, are this `program`.
 pub fn start(options: EngineOptions, program: PathBuf) -> Result<Box<dyn AnyEngine>, EngineError> {
+    options.check()?;
     let needs = needs(&options);
     let processes = Processes { program };
     Ok(match options.transport {

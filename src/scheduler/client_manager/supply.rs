@@ -1,19 +1,27 @@
 //! How the geometry of a run gets to the workers: they see it where it was published, or are sent
 //! what they lack of it.
 
+use std::borrow::Cow;
+use std::time::Instant;
+
+use rayon::prelude::*;
+
 use super::EngineError;
 use super::engine::TreeKey;
-use crate::scene::StartFrom;
+use crate::scene::{Compression, StartFrom};
+use crate::scheduler::engine_report::TransferReport;
 use crate::scheduler::local_client::SubtreeBytes;
-use crate::tree::TreeImage;
-use crate::tree::subtree::Subtrees;
+use crate::transport::MasterEnd;
+use crate::tree::TreeView;
+use crate::tree::roots::Cut;
+use crate::tree::subtree::{Subtrees, compressed};
 use crate::wire::InPlaceTree;
 
 pub(super) enum Supply<'a> {
     InPlace { keys: [TreeKey; 2], start_from: StartFrom },
-    Sent(Box<[Subtrees<'a>; 2]>),
+    Sent(Box<[SentTree<'a>; 2]>),
     /// In place on this machine; elsewhere subtrees are sent, once to each node.
-    Nodes { keys: [TreeKey; 2], trees: Box<[Subtrees<'a>; 2]> },
+    Nodes { keys: [TreeKey; 2], trees: Box<[SentTree<'a>; 2]> },
 }
 
 /// How a client comes to what it needs.
@@ -27,35 +35,61 @@ pub(super) enum Way {
     ByNode(usize),
 }
 
-/// Where geometry is published: nowhere, where all workers see it, or where those of this node do.
+/// To whom geometry can be published: to nobody, to all workers, or to those of this node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Published {
-    Nowhere,
+    ToNobody,
     ToAll,
     ToThisNode,
+}
+
+impl Published {
+    pub(super) fn of(transport: &mut impl MasterEnd) -> Self {
+        match (transport.shared_geometry().is_some(), transport.other_nodes().is_some()) {
+            (false, _) => Self::ToNobody,
+            (true, false) => Self::ToAll,
+            (true, true) => Self::ToThisNode,
+        }
+    }
 }
 
 impl<'a> Supply<'a> {
     /// Where workers see the geometry, what they can find themselves is neither computed for them
     /// nor sent.
+    /// With what compressing all subtrees took and saved, if they are sent.
     pub(super) fn new(
         published: Published,
-        start_from: Option<StartFrom>,
         keys: [TreeKey; 2],
-        images: [&'a TreeImage; 2],
-    ) -> Result<Self, EngineError> {
-        let trees = || {
-            let subtrees = |side: usize| Subtrees::new(images[side].view(), keys[side].cut);
-            Box::new([subtrees(0), subtrees(1)])
-        };
-        match (published, start_from) {
-            (Published::ToAll, start_from) => {
-                Ok(Self::InPlace { keys, start_from: start_from.unwrap_or(StartFrom::Top) })
-            }
-            (_, Some(StartFrom::Top)) => Err(EngineError::TopNotShared),
-            (Published::Nowhere, _) => Ok(Self::Sent(trees())),
-            (Published::ToThisNode, _) => Ok(Self::Nodes { keys, trees: trees() }),
+        start_from: Option<StartFrom>,
+        trees: [TreeView<'a>; 2],
+        compress: Compression,
+    ) -> Result<(Self, TransferReport), EngineError> {
+        if published == Published::ToAll {
+            let start_from = start_from.unwrap_or(StartFrom::Top);
+            return Ok((Self::InPlace { keys, start_from }, TransferReport::default()));
         }
+        if start_from == Some(StartFrom::Top) {
+            return Err(EngineError::TopNotShared);
+        }
+        let begin = Instant::now();
+        let trees = [0, 1].map(|side: usize| SentTree::new(trees[side], keys[side].cut, compress));
+        let compress_s = match compress {
+            Compression::None => 0.0,
+            Compression::Lz4 => begin.elapsed().as_secs_f64(),
+        };
+        let lengths = trees.each_ref().map(SentTree::lengths);
+        let report = TransferReport {
+            compress,
+            compress_s,
+            bytes_plain: lengths.iter().map(|(plain, _)| plain).sum(),
+            bytes_packed: lengths.iter().map(|(_, packed)| packed).sum(),
+        };
+        let trees = Box::new(trees);
+        let supply = match published {
+            Published::ToThisNode => Self::Nodes { keys, trees },
+            _ => Self::Sent(trees),
+        };
+        Ok((supply, report))
     }
 
     pub(super) fn start_from(&self) -> StartFrom {
@@ -85,34 +119,91 @@ impl<'a> Supply<'a> {
         }
     }
 
-    /// What is sent, if anything is.
-    pub(super) fn trees(&self) -> Option<&[Subtrees<'a>; 2]> {
-        match self {
-            Self::InPlace { .. } => None,
-            Self::Sent(trees) | Self::Nodes { trees, .. } => Some(trees),
-        }
-    }
-
     /// Body of the message that adds a tree to who is sent it.
     pub(super) fn outline(&self, side: usize) -> Vec<u8> {
         self.sent(side).outline()
     }
 
     /// Body of the message that adds a subtree.
-    pub(super) fn subtree(&self, side: usize, root: u32) -> Vec<u8> {
-        self.sent(side).message(root).expect("a root of this tree")
-    }
-
-    fn sent(&self, side: usize) -> &Subtrees<'a> {
-        &self.trees().expect("subtrees without bytes are not asked for")[side]
+    pub(super) fn subtree(&self, side: usize, root: u32) -> Cow<'_, [u8]> {
+        self.sent(side).message(root)
     }
 
     pub(super) fn subtree_bytes(&self) -> SubtreeBytes {
         let Some(trees) = self.trees() else { return SubtreeBytes::default() };
-        [0, 1].map(|side: usize| {
-            let tree = &trees[side];
-            let length = |root| tree.message_length(root).expect("a root of this tree") as u64;
-            (0..tree.count()).map(length).collect()
-        })
+        trees.each_ref().map(|tree| (0..tree.count()).map(|root| tree.length(root)).collect())
+    }
+
+    /// What is sent, if anything is.
+    fn trees(&self) -> Option<&[SentTree<'a>; 2]> {
+        match self {
+            Self::InPlace { .. } => None,
+            Self::Sent(trees) | Self::Nodes { trees, .. } => Some(trees),
+        }
+    }
+
+    fn sent(&self, side: usize) -> &SentTree<'a> {
+        &self.trees().expect("subtrees without bytes are not asked for")[side]
+    }
+}
+
+/// A tree that is sent subtree by subtree.
+pub(super) struct SentTree<'a> {
+    subtrees: Subtrees<'a>,
+    /// Of each root, if that is smaller than the subtree as it is. Empty: nothing is compressed.
+    compressed: Vec<Option<Vec<u8>>>,
+}
+
+impl<'a> SentTree<'a> {
+    /// Compresses on all cores.
+    pub(super) fn new(tree: TreeView<'a>, cut: Cut, compress: Compression) -> Self {
+        let subtrees = Subtrees::new(tree, cut);
+        let message = |root| subtrees.message(root).expect("a root of this tree");
+        let compressed = match compress {
+            Compression::None => Vec::new(),
+            Compression::Lz4 => (0..subtrees.count())
+                .into_par_iter()
+                .map(|root| compressed(&message(root)))
+                .collect(),
+        };
+        Self { subtrees, compressed }
+    }
+
+    pub(super) fn outline(&self) -> Vec<u8> {
+        self.subtrees.outline()
+    }
+
+    /// Of one of its roots, as are the following.
+    pub(super) fn message(&self, root: u32) -> Cow<'_, [u8]> {
+        match self.compressed_message(root) {
+            Some(message) => Cow::Borrowed(message),
+            None => Cow::Owned(self.subtrees.message(root).expect("a root of this tree")),
+        }
+    }
+
+    fn compressed_message(&self, root: u32) -> Option<&[u8]> {
+        self.compressed.get(root as usize)?.as_deref()
+    }
+
+    /// Of all subtrees: as they are, and as they are sent.
+    fn lengths(&self) -> (u64, u64) {
+        let roots = || 0..self.count();
+        (roots().map(|r| self.plain_length(r)).sum(), roots().map(|r| self.length(r)).sum())
+    }
+
+    fn count(&self) -> u32 {
+        self.subtrees.count()
+    }
+
+    fn plain_length(&self, root: u32) -> u64 {
+        self.subtrees.message_length(root).expect("a root of this tree") as u64
+    }
+
+    /// Of what is sent.
+    fn length(&self, root: u32) -> u64 {
+        match self.compressed_message(root) {
+            Some(message) => message.len() as u64,
+            None => self.plain_length(root),
+        }
     }
 }

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use super::messages::{Header, Lead, Obituary, ToNode};
 use super::pause::Pause;
-use super::stock::{Stock, StockError};
+use super::stock::{LongJobs, Stock, StockError};
 use crate::scheduler::launch::{Launch, Processes, Worker};
 use crate::scheduler::worker_process::WorkerProcess;
 use crate::transport::ranks::Ranks;
@@ -32,8 +32,6 @@ pub enum LeaderError {
     Role { worker: WorkerId, source: WorkerError },
     #[error("cannot watch worker {worker}: {source}")]
     Watch { worker: WorkerId, source: io::Error },
-    #[error("there is no worker {0} here")]
-    NoWorker(WorkerId),
     #[error("this rank was not made a leader, or twice")]
     Leader,
 }
@@ -87,6 +85,7 @@ struct Leader<'r> {
     /// Before the transport, so that no worker is alive when its files are removed.
     members: BTreeMap<WorkerId, Member>,
     stock: Stock,
+    long_jobs: LongJobs,
     transport: SharedMemory,
     /// Longest message that a worker's queue takes.
     job_bytes: usize,
@@ -109,8 +108,8 @@ impl<'r> Leader<'r> {
             Needs { workers: lead.workers as u32, job_bytes, wake_up: WakeUp::Block };
         let transport = SharedMemory::create(&default_base(), &needs)?;
         ranks.send(MASTER, &[Header::host().bytes(), host().as_bytes()])?;
-        let (members, stock) = (BTreeMap::new(), Stock::default());
-        Ok(Self { ranks, processes, members, stock, transport, job_bytes })
+        let (members, stock, long_jobs) = (BTreeMap::new(), Stock::default(), LongJobs::default());
+        Ok(Self { ranks, processes, members, stock, long_jobs, transport, job_bytes })
     }
 
     fn lead(mut self) -> Result<(), LeaderError> {
@@ -167,6 +166,13 @@ impl<'r> Leader<'r> {
     fn pass_on(&mut self, worker: WorkerId, job: &[u8]) -> Result<(), LeaderError> {
         // One that has just died: the master gets what it was given back when it hears of it.
         let Some(member) = self.members.get_mut(&worker) else { return Ok(()) };
+        let published;
+        let job = if job.len() > self.job_bytes {
+            published = self.long_jobs.publish(&mut self.transport, worker, job)?;
+            &published
+        } else {
+            job
+        };
         if !member.backlog.is_empty() {
             member.backlog.push_back(job.to_vec());
             return Ok(());
@@ -216,6 +222,7 @@ impl<'r> Leader<'r> {
             sent = std::mem::replace(&mut sent, Ok(())).and(ranks.send(MASTER, &[&parts]));
         })?;
         sent?;
+        self.long_jobs.withdraw(&mut self.transport, worker)?;
         self.bury(worker, obituary)
     }
 

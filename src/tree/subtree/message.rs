@@ -12,6 +12,8 @@ use super::{MESSAGE_VERSION, SubtreeError};
 pub enum Topic {
     Outline,
     Subtree,
+    /// A subtree whose arrays are compressed.
+    Compressed,
 }
 
 impl Topic {
@@ -19,7 +21,14 @@ impl Topic {
         match self {
             Self::Outline => *b"bumpline",
             Self::Subtree => *b"bumpsubt",
+            Self::Compressed => *b"bumpslz4",
         }
+    }
+
+    /// What a message that should be about a subtree says that it is about.
+    pub fn of_subtree(bytes: &[u8]) -> Self {
+        let is_compressed = bytes.starts_with(&Self::Compressed.magic());
+        if is_compressed { Self::Compressed } else { Self::Subtree }
     }
 }
 
@@ -77,6 +86,12 @@ pub fn write(topic: Topic, numbers: Numbers, arrays: &[&[u8]]) -> Vec<u8> {
     bytes
 }
 
+/// The numbers of a message that was written here.
+pub fn numbers(bytes: &[u8]) -> Numbers {
+    let MessageHeader { image, root, shared, .. } = bytemuck::pod_read_unaligned(&bytes[..HEADER]);
+    Numbers { image, root, shared }
+}
+
 /// The arrays of a message whose header has been checked.
 #[derive(Clone, Copy, Debug)]
 pub struct Arrays<'a> {
@@ -111,6 +126,16 @@ fn collected<T: Pod>(array: &[u8]) -> Vec<T> {
 }
 
 impl<'a> Arrays<'a> {
+    /// Those of a message, all of them here.
+    pub fn of(bytes: &'a [u8]) -> Self {
+        Self { rest: bytes, length: HEADER + bytes.len() }
+    }
+
+    /// What has not been taken.
+    pub fn rest(&self) -> &'a [u8] {
+        self.rest
+    }
+
     /// The next array; copied only if it is not aligned.
     pub fn take<T: Pod>(&mut self, count: u32) -> Result<Cow<'a, [T]>, SubtreeError> {
         let bytes = u64::from(count) * size_of::<T>() as u64;

@@ -7,6 +7,7 @@
 //! what never came costs it nothing.
 
 mod common_image;
+mod compressed;
 mod message;
 mod outline;
 mod pages;
@@ -15,6 +16,7 @@ mod sections;
 mod span;
 
 pub use common_image::{CommonTree, Region, SeenTree};
+pub use compressed::compressed;
 pub use outline::Subtrees;
 pub use partial::PartialTree;
 
@@ -24,7 +26,7 @@ use super::ImageError;
 use super::roots::RootError;
 
 /// Grows with every change of the messages' meaning.
-pub const MESSAGE_VERSION: u32 = 1;
+pub const MESSAGE_VERSION: u32 = 2;
 
 #[derive(Debug, thiserror::Error)]
 pub enum SubtreeError {

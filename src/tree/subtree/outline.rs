@@ -7,8 +7,8 @@ use super::span::Span;
 use crate::geometry::Point;
 use crate::tree::node::{AabbNode, Node, ObbNode};
 use crate::tree::roots::{Cut, RootError, distributed_roots};
-use crate::tree::wide::{LeafBox, LeafRows, WideNode};
-use crate::tree::{Header, LeafTriangle, TreeKind, TreeView};
+use crate::tree::wide::WideNode;
+use crate::tree::{Header, TreeKind, TreeView};
 
 /// An image cut into subtrees.
 #[derive(Debug)]
@@ -100,19 +100,8 @@ impl<'a> Subtrees<'a> {
 
     /// Of a message, without making it.
     pub fn message_length(&self, root: u32) -> Result<usize, RootError> {
-        let span = self.span(root)?;
-        let node = match self.tree.kind() {
-            TreeKind::Obb => size_of::<ObbNode>(),
-            TreeKind::Aabb => size_of::<AabbNode>(),
-            TreeKind::Wide => size_of::<WideNode>(),
-        };
-        let leaf = size_of::<LeafBox>() + size_of::<LeafRows>();
-        Ok(HEADER
-            + span.nodes as usize * node
-            + span.leaves as usize * leaf
-            + span.triangles as usize * size_of::<LeafTriangle>()
-            + span.vertices as usize * size_of::<Point>()
-            + self.shared_of(root).len() * (size_of::<u32>() + size_of::<Point>()))
+        let shared = self.shared_of(root).len() as u32;
+        Ok(HEADER + self.span(root)?.array_bytes(self.tree.kind(), shared) as usize)
     }
 
     fn nodes(&self, span: &Span) -> &'a [u8] {

@@ -6,7 +6,8 @@ use std::ops::Deref;
 use bytemuck::{bytes_of, cast_slice};
 
 use super::SubtreeError;
-use super::message::{Topic, read};
+use super::compressed::decompressed;
+use super::message::{Arrays, Topic, read};
 use super::pages::Pages;
 use super::sections::Sections;
 use super::span::Span;
@@ -76,9 +77,11 @@ impl<M: Put> PartialTree<M> {
         Ok(Self::of(within, spans))
     }
 
-    /// Puts a subtree to its place; its number.
+    /// Puts a subtree to its place, compressed or not; its number. A message that is refused changes
+    /// nothing: what was compressed is checked before it is put anywhere.
     pub fn add(&mut self, message: &[u8]) -> Result<u32, SubtreeError> {
-        let (numbers, arrays) = read(Topic::Subtree, message)?;
+        let topic = Topic::of_subtree(message);
+        let (numbers, arrays) = read(topic, message)?;
         let here = self.view().hash();
         if numbers.image != here {
             return Err(SubtreeError::OtherImage { here, found: numbers.image });
@@ -89,7 +92,19 @@ impl<M: Put> PartialTree<M> {
         if self.held[root as usize] {
             return Err(SubtreeError::Held { root });
         }
-        let sections = Sections::read(self.view().kind(), &span, numbers.shared, arrays)?;
+        if numbers.shared > span.first_vertex {
+            return Err(SubtreeError::Malformed("more vertices are shared than there are"));
+        }
+        let kind = self.view().kind();
+        let unpacked = match topic {
+            Topic::Compressed => {
+                let length = span.array_bytes(kind, numbers.shared);
+                Some(decompressed(arrays.rest(), length)?)
+            }
+            _ => None,
+        };
+        let arrays = unpacked.as_ref().map_or(arrays, |unpacked| Arrays::of(unpacked.bytes()));
+        let sections = Sections::read(kind, &span, numbers.shared, arrays)?;
         sections.check(&self.view(), &span)?;
         let writes = sections.places(self.view().header(), &span);
         let bytes = self.view().header().byte_length;

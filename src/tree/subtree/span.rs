@@ -1,8 +1,10 @@
 use bytemuck::{Pod, Zeroable};
 
+use crate::geometry::Point;
+use crate::tree::node::{AabbNode, ObbNode};
 use crate::tree::roots::DistributedRoot;
-use crate::tree::wide::{Below, Root, WIDTH, WideChild, WideNode};
-use crate::tree::{TreeKind, TreeView};
+use crate::tree::wide::{Below, LeafBox, LeafRows, Root, WIDTH, WideChild, WideNode};
+use crate::tree::{LeafTriangle, TreeKind, TreeView};
 
 /// A root, and where in each section of the image its subtree lies.
 #[repr(C)]
@@ -72,6 +74,25 @@ impl Span {
     pub fn lanes_below(&self) -> Root {
         let &Self { node: slot, lanes, first_node, nodes, first_leaf, leaves, .. } = self;
         Root { slot, lanes, first_node, nodes, first_leaf, leaves }
+    }
+
+    /// Of the arrays of its message, with so many vertices of subtrees further left.
+    pub fn array_bytes(&self, kind: TreeKind, shared: u32) -> u64 {
+        fn all<T>(count: u32) -> u64 {
+            u64::from(count) * size_of::<T>() as u64
+        }
+        let nodes = match kind {
+            TreeKind::Obb => all::<ObbNode>(self.nodes),
+            TreeKind::Aabb => all::<AabbNode>(self.nodes),
+            TreeKind::Wide => all::<WideNode>(self.nodes),
+        };
+        nodes
+            + all::<LeafBox>(self.leaves)
+            + all::<LeafRows>(self.leaves)
+            + all::<LeafTriangle>(self.triangles)
+            + all::<Point>(self.vertices)
+            + all::<u32>(shared)
+            + all::<Point>(shared)
     }
 
     pub fn root(&self) -> DistributedRoot {

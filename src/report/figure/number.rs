@@ -1,0 +1,88 @@
+//! Numbers as people read them.
+
+/// Up to six digits: `0.25`, `1,000`; `2×10⁻⁶` where zeros would have to be counted.
+pub fn number(value: f64) -> String {
+    let size = value.abs();
+    if value == 0.0 {
+        "0".to_owned()
+    } else if !value.is_finite() {
+        value.to_string()
+    } else if (1e-3..1e6).contains(&size) {
+        let whole_digits = size.log10().floor().max(0.0) as usize + 1;
+        grouped(&trimmed(format!("{value:.0$}", 6 - whole_digits.min(6))))
+    } else {
+        scientific(value)
+    }
+}
+
+fn scientific(value: f64) -> String {
+    let text = format!("{value:.2e}");
+    let (mantissa, exponent) = text.split_once('e').expect("it was asked for");
+    let power = format!("10{}", exponent.chars().map(superscript).collect::<String>());
+    match trimmed(mantissa.to_owned()).as_str() {
+        "1" => power,
+        "-1" => format!("-{power}"),
+        mantissa => format!("{mantissa}×{power}"),
+    }
+}
+
+fn superscript(digit: char) -> char {
+    match digit {
+        '-' => '⁻',
+        '1' => '¹',
+        '2' => '²',
+        '3' => '³',
+        '0' | '4'..='9' => char::from_u32(0x2070 + digit as u32 - '0' as u32).unwrap_or(digit),
+        other => other,
+    }
+}
+
+/// Without zeros behind the point.
+fn trimmed(text: String) -> String {
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text,
+    }
+}
+
+/// A comma before every three digits of the whole part.
+fn grouped(text: &str) -> String {
+    let (whole, rest) = text.find('.').map_or((text, ""), |point| text.split_at(point));
+    let (sign, digits) = whole.strip_prefix('-').map_or(("", whole), |digits| ("-", digits));
+    let mut grouped = String::from(sign);
+    for (place, digit) in digits.chars().enumerate() {
+        if place > 0 && (digits.len() - place) % 3 == 0 {
+            grouped.push(',');
+        }
+        grouped.push(digit);
+    }
+    grouped + rest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::number;
+
+    #[test]
+    fn numbers_are_short_and_never_ambiguous() {
+        let cases = [
+            (0.0, "0"),
+            (-0.0, "0"),
+            (0.1 + 0.2, "0.3"),
+            (1234.5, "1,234.5"),
+            (100.0, "100"),
+            (999_999.0, "999,999"),
+            (999_999.7, "1,000,000"),
+            (-2500.0, "-2,500"),
+            (0.001, "0.001"),
+            (1e6, "10⁶"),
+            (-1e6, "-10⁶"),
+            (2.5e-7, "2.5×10⁻⁷"),
+            (6.022e23, "6.02×10²³"),
+            (f64::INFINITY, "inf"),
+        ];
+        for (value, expected) in cases {
+            assert_eq!(number(value), expected);
+        }
+    }
+}
