@@ -19,6 +19,7 @@ pub(super) fn take_part() -> Result<Part, Failure> {
     use crate::scheduler::ranks;
     use crate::transport::mpi::World;
     use crate::transport::ranks::{Ranks, was_launched};
+    use crate::transport::shared_memory::default_base;
 
     if !was_launched() {
         return Ok(Part::Master(None));
@@ -28,7 +29,7 @@ pub(super) fn take_part() -> Result<Part, Failure> {
         return Ok(Part::Master(Some(Command::new(Box::new(world)))));
     }
     let program = std::env::current_exe().context("cannot find my own executable")?;
-    ranks::serve(&mut world, &Processes { program }).map_err(anyhow::Error::from)?;
+    ranks::serve(&mut world, &Processes { program }, &default_base()).map_err(anyhow::Error::from)?;
     Ok(Part::Done)
 }
 

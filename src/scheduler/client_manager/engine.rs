@@ -203,8 +203,14 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Engine<T, L> {
         Ok(others.send_to_node(node, parts)?)
     }
 
+    /// Of a tree, a plan, or what else nodes are to keep.
+    pub(super) fn next_number(&mut self) -> u32 {
+        self.next_tree += 1;
+        self.next_tree - 1
+    }
+
     /// What their leaders were told of they need no longer keep.
-    fn take_from_nodes(&mut self, number: u32) -> Result<(), EngineError> {
+    pub(super) fn take_from_nodes(&mut self, number: u32) -> Result<(), EngineError> {
         for node in 0..self.told.len() {
             if self.told[node].remove(&number) {
                 self.send_to_node(node, &[bytemuck::bytes_of(&JobHeader::remove_tree(number))])?;
@@ -221,8 +227,7 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Engine<T, L> {
             let key = TreeKey { mesh, cut: Cut::Depth(0), is_moving: false };
             parts.push((self.tree(key), mesh, image));
         }
-        let number = self.next_tree;
-        self.next_tree += 1;
+        let number = self.next_number();
         let published = Published::of(&mut self.crew.transport);
         let compress = self.options.compress;
         let mut planned = Planned::new(number, effects.plan, &parts, published, compress);

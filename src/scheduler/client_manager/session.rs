@@ -2,6 +2,7 @@
 
 mod tasks;
 
+use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -54,6 +55,8 @@ pub(super) struct Session<'e, T: MasterEnd, L: Launch<T::Attach>> {
     looked: Instant,
     /// After an interrupt nobody is replaced any more.
     is_ending: bool,
+    /// Per client those that its node has published, and that it may not have taken yet.
+    long_batches: Vec<VecDeque<u32>>,
 }
 
 impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
@@ -152,6 +155,7 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
             last_answers: None,
             looked: Instant::now(),
             is_ending: false,
+            long_batches: vec![VecDeque::new(); workers],
         })
     }
 
@@ -320,6 +324,9 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
                 break;
             }
             self.listen(left, sink)?;
+        }
+        for number in std::mem::take(&mut self.long_batches).into_iter().flatten() {
+            self.engine.take_from_nodes(number)?;
         }
         let mut report = self.report.clone();
         report.interrupted = interrupted;

@@ -25,6 +25,7 @@ pub struct Hybrid {
     nodes: Vec<usize>,
     /// Of workers of other nodes.
     traffic: BTreeMap<WorkerId, Traffic>,
+    job_bytes: usize,
 }
 
 impl Hybrid {
@@ -45,7 +46,7 @@ impl Hybrid {
         descriptors::require(DESCRIPTORS + nodes.len() as u64)?;
         let own = SharedMemory::create(base, &needs)?;
         let command = Rc::new(RefCell::new(command));
-        Ok(Self { own, command, nodes, traffic: BTreeMap::new() })
+        Ok(Self { own, command, nodes, traffic: BTreeMap::new(), job_bytes: needs.job_bytes })
     }
 
     fn node(&self, worker: WorkerId) -> usize {
@@ -93,10 +94,13 @@ impl MasterEnd for Hybrid {
         if self.node(worker) == 0 {
             return self.own.send(worker, parts);
         }
+        let bytes: usize = parts.iter().map(|part| part.len()).sum();
+        if bytes > self.job_bytes {
+            return Err(TransportError::TooLong { bytes, limit: self.job_bytes });
+        }
         let mut command = self.command.borrow_mut();
         let leader = command.leader_of(worker).expect("a channel that was opened");
         command.send(leader, &[&[Header::to_worker(worker).bytes()], parts].concat())?;
-        let bytes: usize = parts.iter().map(|part| part.len()).sum();
         self.traffic.entry(worker).or_default().to_worker += bytes as u64;
         Ok(())
     }

@@ -2,16 +2,16 @@
 
 use std::collections::{BTreeMap, VecDeque};
 use std::io;
+use std::path::Path;
 use std::time::Duration;
 
 use super::messages::{Header, Lead, Obituary, ToNode};
 use super::pause::Pause;
-use super::stock::{LongJobs, Stock, StockError};
-use crate::scheduler::launch::{Launch, Processes, Worker};
-use crate::scheduler::worker_process::WorkerProcess;
+use super::stock::{Stock, StockError};
+use crate::scheduler::launch::{Launch, Worker};
 use crate::transport::ranks::Ranks;
-use crate::transport::shared_memory::{SharedMemory, default_base};
-use crate::transport::{MasterEnd, Needs, TransportError, WakeUp, WorkerId};
+use crate::transport::shared_memory::SharedMemory;
+use crate::transport::{Attach, MasterEnd, Needs, TransportError, WakeUp, WorkerId};
 use crate::wire::WireError;
 use crate::workers::WorkerError;
 
@@ -38,8 +38,12 @@ pub enum LeaderError {
 
 /// What a rank does that is not the master, until it is told to end. If it cannot, the master is told
 /// why, and ends the job.
-pub fn serve(ranks: &mut dyn Ranks, processes: &Processes) -> Result<(), TransportError> {
-    let outcome = doze(ranks, processes);
+pub fn serve<L: Launch<Attach>>(
+    ranks: &mut dyn Ranks,
+    launcher: &L,
+    base: &Path,
+) -> Result<(), TransportError> {
+    let outcome = doze(ranks, launcher, base);
     if let Err(error) = outcome {
         let reason = error.to_string();
         ranks.send(MASTER, &[Header::failed().bytes(), reason.as_bytes()])?;
@@ -59,14 +63,18 @@ fn is_told_to_end(ranks: &mut dyn Ranks) -> Result<bool, TransportError> {
     Ok(false)
 }
 
-fn doze(ranks: &mut dyn Ranks, processes: &Processes) -> Result<(), LeaderError> {
+fn doze<L: Launch<Attach>>(
+    ranks: &mut dyn Ranks,
+    launcher: &L,
+    base: &Path,
+) -> Result<(), LeaderError> {
     loop {
         let Some((_, message)) = ranks.receive()? else {
             std::thread::sleep(DOZE);
             continue;
         };
         match ToNode::parse(&message)? {
-            ToNode::Lead(lead) => return Leader::new(ranks, processes, lead)?.lead(),
+            ToNode::Lead(lead) => return Leader::new(ranks, launcher, base, lead)?.lead(),
             ToNode::End => return Ok(()),
             _ => return Err(LeaderError::Leader),
         }
@@ -79,37 +87,35 @@ pub fn host() -> String {
     name.trim().to_owned()
 }
 
-struct Leader<'r> {
+struct Leader<'r, L: Launch<Attach>> {
     ranks: &'r mut dyn Ranks,
-    processes: &'r Processes,
+    launcher: &'r L,
     /// Before the transport, so that no worker is alive when its files are removed.
-    members: BTreeMap<WorkerId, Member>,
+    members: BTreeMap<WorkerId, Member<L::Worker>>,
     stock: Stock,
-    long_jobs: LongJobs,
     transport: SharedMemory,
-    /// Longest message that a worker's queue takes.
-    job_bytes: usize,
 }
 
-struct Member {
-    process: WorkerProcess,
+struct Member<W> {
+    process: W,
     /// Messages that its queue has no room for yet.
     backlog: VecDeque<Vec<u8>>,
 }
 
-impl<'r> Leader<'r> {
+impl<'r, L: Launch<Attach>> Leader<'r, L> {
     fn new(
         ranks: &'r mut dyn Ranks,
-        processes: &'r Processes,
+        launcher: &'r L,
+        base: &Path,
         lead: Lead,
     ) -> Result<Self, LeaderError> {
-        let job_bytes = lead.job_bytes as usize;
-        let needs =
-            Needs { workers: lead.workers as u32, job_bytes, wake_up: WakeUp::Block };
-        let transport = SharedMemory::create(&default_base(), &needs)?;
+        let Lead { job_bytes, workers } = lead;
+        let (job_bytes, workers) = (job_bytes as usize, workers as u32);
+        let needs = Needs { workers, job_bytes, wake_up: WakeUp::Block };
+        let transport = SharedMemory::create(base, &needs)?;
         ranks.send(MASTER, &[Header::host().bytes(), host().as_bytes()])?;
-        let (members, stock, long_jobs) = (BTreeMap::new(), Stock::default(), LongJobs::default());
-        Ok(Self { ranks, processes, members, stock, long_jobs, transport, job_bytes })
+        let (members, stock) = (BTreeMap::new(), Stock::default());
+        Ok(Self { ranks, launcher, members, stock, transport })
     }
 
     fn lead(mut self) -> Result<(), LeaderError> {
@@ -149,7 +155,7 @@ impl<'r> Leader<'r> {
     fn start(&mut self, worker: WorkerId, role: &str) -> Result<(), LeaderError> {
         let role = role.parse().map_err(|source| LeaderError::Role { worker, source })?;
         let attach = self.transport.open_in_node(worker)?;
-        match self.processes.launch(worker, attach, role) {
+        match self.launcher.launch(worker, attach, role) {
             Ok(process) => {
                 self.members.insert(worker, Member { process, backlog: VecDeque::new() });
                 Ok(())
@@ -166,13 +172,6 @@ impl<'r> Leader<'r> {
     fn pass_on(&mut self, worker: WorkerId, job: &[u8]) -> Result<(), LeaderError> {
         // One that has just died: the master gets what it was given back when it hears of it.
         let Some(member) = self.members.get_mut(&worker) else { return Ok(()) };
-        let published;
-        let job = if job.len() > self.job_bytes {
-            published = self.long_jobs.publish(&mut self.transport, worker, job)?;
-            &published
-        } else {
-            job
-        };
         if !member.backlog.is_empty() {
             member.backlog.push_back(job.to_vec());
             return Ok(());
@@ -188,13 +187,11 @@ impl<'r> Leader<'r> {
     fn report(&mut self) -> Result<(), LeaderError> {
         let workers: Vec<_> = self.members.keys().copied().collect();
         for worker in workers {
-            let ranks = &mut *self.ranks;
-            let mut sent = Ok(());
+            let mut passed_on = Ok(());
             self.transport.receive(worker, &mut |reply| {
-                let parts = [Header::from_worker(worker).bytes(), reply].concat();
-                sent = std::mem::replace(&mut sent, Ok(())).and(ranks.send(MASTER, &[&parts]));
+                pass_on(&mut *self.ranks, worker, reply, &mut passed_on);
             })?;
-            sent?;
+            passed_on?;
             let member = self.members.get_mut(&worker).expect("one of the members");
             while let Some(job) = member.backlog.front() {
                 match self.transport.send(worker, &[job]) {
@@ -215,19 +212,28 @@ impl<'r> Leader<'r> {
 
     fn let_go(&mut self, worker: WorkerId, obituary: &Obituary) -> Result<(), LeaderError> {
         self.members.remove(&worker);
-        let ranks = &mut *self.ranks;
-        let mut sent = Ok(());
+        let mut passed_on = Ok(());
         self.transport.close(worker, &mut |reply| {
-            let parts = [Header::from_worker(worker).bytes(), reply].concat();
-            sent = std::mem::replace(&mut sent, Ok(())).and(ranks.send(MASTER, &[&parts]));
+            pass_on(&mut *self.ranks, worker, reply, &mut passed_on);
         })?;
-        sent?;
-        self.long_jobs.withdraw(&mut self.transport, worker)?;
+        passed_on?;
         self.bury(worker, obituary)
     }
 
     fn bury(&mut self, worker: WorkerId, obituary: &Obituary) -> Result<(), LeaderError> {
         let obituary = serde_json::to_vec(obituary).expect("text and a number");
         Ok(self.ranks.send(MASTER, &[Header::died(worker).bytes(), &obituary])?)
+    }
+}
+
+/// What a worker says, to the master; after an error nothing more.
+fn pass_on(
+    ranks: &mut dyn Ranks,
+    worker: WorkerId,
+    reply: &[u8],
+    outcome: &mut Result<(), TransportError>,
+) {
+    if outcome.is_ok() {
+        *outcome = ranks.send(MASTER, &[Header::from_worker(worker).bytes(), reply]);
     }
 }

@@ -1,61 +1,21 @@
 //! What the leader of a node keeps for all of its workers.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::BTreeMap;
 use std::io;
 
-use crate::scheduler::local_client::OUTSTANDING_TASKS;
 use crate::transport::shared_memory::{Growing, SharedMemory};
-use crate::transport::{SharedGeometry, TransportError, WorkerId};
+use crate::transport::{SharedGeometry, TransportError};
 use crate::tree::subtree::{CommonTree, Region, SubtreeError};
-use crate::wire::{Job, JobHeader, WireError, published_at};
+use crate::wire::{Job, WireError};
 
-/// Jobs that are too long for a worker's queue, by who they are for: with very many pairs of roots.
-/// Numbered downwards, away from plans.
-#[derive(Debug, Default)]
-pub struct LongJobs {
-    of: BTreeMap<WorkerId, VecDeque<u32>>,
-    count: u32,
-}
-
-impl LongJobs {
-    /// Publishes it; the message that says where it is.
-    pub fn publish(
-        &mut self,
-        memory: &mut SharedMemory,
-        worker: WorkerId,
-        job: &[u8],
-    ) -> Result<Vec<u8>, TransportError> {
-        let number = u32::MAX - self.count;
-        self.count += 1;
-        memory.publish(number, job)?;
-        let published = self.of.entry(worker).or_default();
-        published.push_back(number);
-        // No worker has more tasks: it has answered those before.
-        if published.len() > OUTSTANDING_TASKS {
-            memory.withdraw(published.pop_front().expect("there are some"))?;
-        }
-        Ok([bytemuck::bytes_of(&JobHeader::elsewhere()), &published_at(number)].concat())
-    }
-
-    /// Of a worker that has gone.
-    pub fn withdraw(
-        &mut self,
-        memory: &mut SharedMemory,
-        worker: WorkerId,
-    ) -> Result<(), TransportError> {
-        let published = self.of.remove(&worker).unwrap_or_default();
-        published.into_iter().try_for_each(|number| memory.withdraw(number))
-    }
-}
-
-/// Trees and plans, by their numbers.
+/// Trees, plans, and jobs that are too long for a queue, by their numbers.
 #[derive(Debug, Default)]
 pub struct Stock(BTreeMap<u32, Item>);
 
 #[derive(Debug)]
 enum Item {
     Tree(CommonTree<Growing>),
-    Plan,
+    Published,
 }
 
 #[derive(Debug, thiserror::Error)]
@@ -97,11 +57,11 @@ impl Stock {
             },
             Job::Plan { number, body } => {
                 memory.publish(number, body)?;
-                self.add(number, Item::Plan)
+                self.add(number, Item::Published)
             }
             Job::RemoveTree { tree } => match self.0.remove(&tree) {
                 Some(Item::Tree(_)) => Ok(()),
-                Some(Item::Plan) => Ok(memory.withdraw(tree)?),
+                Some(Item::Published) => Ok(memory.withdraw(tree)?),
                 None => Err(StockError::Tree(tree)),
             },
             Job::Scenarios(_) | Job::Elsewhere { .. } | Job::Terminate => Err(StockError::NotForNodes),

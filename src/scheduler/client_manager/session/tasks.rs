@@ -8,11 +8,11 @@ use super::super::supply::Way;
 use super::Session;
 use crate::scene::StartFrom;
 use crate::scheduler::launch::Launch;
-use crate::scheduler::local_client::{Analysis, Buffered, NewTask};
+use crate::scheduler::local_client::{Analysis, Buffered, NewTask, OUTSTANDING_TASKS};
 use crate::transport::MasterEnd;
 use crate::tree::descent::DescentError;
 use crate::tree::roots::RootPair;
-use crate::wire::{Job, JobHeader, ScenarioRecord};
+use crate::wire::{Job, JobHeader, ScenarioRecord, published_at};
 
 impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
     /// Tells a worker that is ready of both trees. It gets no task before it has taken them.
@@ -211,14 +211,39 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
         let root_pairs = roots.concat();
         let count = records.len() as u32;
         let header = JobHeader::scenarios(task.number, self.trees, count, from_roots, self.wanted);
-        self.engine.crew.send(
-            client,
-            &[
-                bytemuck::bytes_of(&header),
-                bytemuck::cast_slice(&records),
-                bytemuck::cast_slice(&root_pairs),
-            ],
-        )
+        let batch = [
+            bytemuck::bytes_of(&header),
+            bytemuck::cast_slice(&records),
+            bytemuck::cast_slice(&root_pairs),
+        ];
+        match self.way(client) {
+            Way::ByNode(node) if bytes_of(&batch) > longest_batch(&self.engine.options) as u64 => {
+                self.send_long_batch(client, node, &batch)
+            }
+            _ => self.engine.crew.send(client, &batch),
+        }
+    }
+
+    /// A batch that no queue has room for, with very many pairs of roots: its node publishes it.
+    fn send_long_batch(
+        &mut self,
+        client: usize,
+        node: usize,
+        batch: &[&[u8]],
+    ) -> Result<(), EngineError> {
+        let number = self.engine.next_number();
+        let header = JobHeader::plan(number);
+        self.engine.tells_node_of(node, number);
+        self.engine.send_to_node(node, &[&[bytemuck::bytes_of(&header)], batch].concat())?;
+        let (header, place) = (JobHeader::elsewhere(), published_at(number));
+        self.engine.crew.send(client, &[bytemuck::bytes_of(&header), &place])?;
+        self.long_batches[client].push_back(number);
+        // No client has more tasks: it has taken those before.
+        if self.long_batches[client].len() > OUTSTANDING_TASKS {
+            let taken = self.long_batches[client].pop_front().expect("there are some");
+            self.engine.take_from_nodes(taken)?;
+        }
+        Ok(())
     }
 }
 
