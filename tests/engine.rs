@@ -1,6 +1,7 @@
 //! Master and worker processes together, on a scene that was answered without them.
 
 mod engine_run;
+mod over_ranks;
 
 use std::io;
 use std::sync::Arc;

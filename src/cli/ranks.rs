@@ -3,16 +3,14 @@
 use super::failure::Failure;
 use crate::scheduler::ranks::Command;
 
-/// What is to be done here.
-pub(super) enum Part {
-    /// All of the run, with the other ranks if there are such.
-    Master(Option<Command>),
-    /// Nothing more: another rank was the master.
-    Done,
+/// This process is the master, of the other ranks if there are such.
+pub(super) struct Master {
+    pub command: Option<Command>,
 }
 
+/// `None` if another rank is the master, and nothing is left to be done here.
 #[cfg(feature = "mpi")]
-pub(super) fn take_part() -> Result<Part, Failure> {
+pub(super) fn take_part() -> Result<Option<Master>, Failure> {
     use anyhow::Context;
 
     use crate::scheduler::launch::Processes;
@@ -22,24 +20,25 @@ pub(super) fn take_part() -> Result<Part, Failure> {
     use crate::transport::shared_memory::default_base;
 
     if !was_launched() {
-        return Ok(Part::Master(None));
+        return Ok(Some(Master { command: None }));
     }
     let mut world = World::join().map_err(anyhow::Error::from)?;
     if world.rank() == 0 {
-        return Ok(Part::Master(Some(Command::new(Box::new(world)))));
+        return Ok(Some(Master { command: Some(Command::new(Box::new(world))) }));
     }
     let program = std::env::current_exe().context("cannot find my own executable")?;
     ranks::serve(&mut world, &Processes { program }, &default_base()).map_err(anyhow::Error::from)?;
-    Ok(Part::Done)
+    Ok(None)
 }
 
+/// As above, where no other rank can be.
 #[cfg(not(feature = "mpi"))]
-pub(super) fn take_part() -> Result<Part, Failure> {
+pub(super) fn take_part() -> Result<Option<Master>, Failure> {
     if crate::transport::ranks::is_one_of_several() {
         return Err(Failure::usage(anyhow::anyhow!(
             "started as one of several ranks, but this bumper knows no MPI: build it with \
              --features mpi"
         )));
     }
-    Ok(Part::Master(None))
+    Ok(Some(Master { command: None }))
 }

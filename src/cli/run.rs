@@ -13,7 +13,7 @@ use super::compare::{Comparison, Measured};
 use super::deform::Crash;
 use super::failure::Failure;
 use super::prepare::{self, Both, Poses, Tree, timed};
-use super::ranks::{self, Part};
+use super::ranks::{self, Master};
 use super::request::Request;
 use super::{interrupt, summary_text, terminal};
 use crate::effects::{PairsAsked, Plan};
@@ -31,10 +31,7 @@ use crate::wire::Wanted;
 
 pub(super) fn run(args: RunArgs) -> Result<(), Failure> {
     let start = Instant::now();
-    let command = match ranks::take_part()? {
-        Part::Master(command) => command,
-        Part::Done => return Ok(()),
-    };
+    let Some(Master { command }) = ranks::take_part()? else { return Ok(()) };
     let interrupt = interrupt::on_ctrl_c().context("cannot listen to Ctrl-C")?;
     let request = Request::new(args)?;
     let scene = &request.scene;
