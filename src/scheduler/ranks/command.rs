@@ -10,6 +10,9 @@ use crate::transport::descriptors::ring;
 use crate::transport::ranks::{Rank, Ranks};
 use crate::transport::{Message, Traffic, TransportError, WorkerId};
 
+/// Messages that are taken before anything else is looked at.
+const AT_ONCE: usize = 256;
+
 /// Rank 0's. All others end when this is dropped.
 pub struct Command {
     ranks: Box<dyn Ranks>,
@@ -122,16 +125,28 @@ impl Command {
         replies.map(std::mem::take).unwrap_or_default()
     }
 
+    /// Also one that is not known.
+    pub(super) fn has_ended(&self, worker: WorkerId) -> bool {
+        let remote = self.workers.get(&worker);
+        remote.is_none_or(|remote| remote.end.obituary.get().is_some())
+    }
+
     pub(super) fn forget(&mut self, worker: WorkerId) {
         self.workers.remove(&worker);
     }
 
-    /// Takes what has come from other ranks. Whether there are replies that nobody has taken.
-    pub(super) fn listen(&mut self) -> Result<bool, TransportError> {
-        while let Some((rank, message)) = self.ranks.receive()? {
+    /// Takes what has come from other ranks, but not without end; how many messages there were.
+    pub(super) fn listen(&mut self) -> Result<usize, TransportError> {
+        for heard in 0..AT_ONCE {
+            let Some((rank, message)) = self.ranks.receive()? else { return Ok(heard) };
             self.hear(rank, &message)?;
         }
-        Ok(self.workers.values().any(|remote| !remote.replies.is_empty()))
+        Ok(AT_ONCE)
+    }
+
+    /// That nobody has taken.
+    pub(super) fn has_replies(&self) -> bool {
+        self.workers.values().any(|remote| !remote.replies.is_empty())
     }
 
     fn hear(&mut self, rank: Rank, message: &[u8]) -> Result<(), TransportError> {

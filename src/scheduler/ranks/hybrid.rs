@@ -49,10 +49,33 @@ impl Hybrid {
         Ok(Self { own, command, nodes, traffic: BTreeMap::new(), job_bytes: needs.job_bytes })
     }
 
+    /// Waits for the leader of its node to say that nothing comes from it any more.
+    fn hear_the_last_of(&mut self, worker: WorkerId) -> Result<(), TransportError> {
+        let mut command = self.command.borrow_mut();
+        if command.has_ended(worker) {
+            return Ok(());
+        }
+        let leader = command.leader_of(worker).expect("one that has not ended");
+        command.send(leader, &[Header::close(worker).bytes()])?;
+        let (begin, mut pause) = (Instant::now(), Pause::default());
+        while !command.has_ended(worker) {
+            if begin.elapsed() > PATIENCE {
+                return Err(TransportError::NotDelivered(worker));
+            }
+            if command.listen()? == 0 {
+                std::thread::sleep(pause.next(false));
+            }
+        }
+        Ok(())
+    }
+
     fn node(&self, worker: WorkerId) -> usize {
         self.nodes[worker.slot as usize]
     }
 }
+
+/// A leader answers within milliseconds, unless its machine is in trouble.
+const PATIENCE: Duration = Duration::from_secs(10);
 
 /// Open files beside a notice for each worker: the program's, those of ranks, a margin.
 const DESCRIPTORS: u64 = 512;
@@ -109,7 +132,8 @@ impl MasterEnd for Hybrid {
         let deadline = descriptors::deadline(limit);
         let mut pause = Pause::default();
         loop {
-            let has_heard = self.command.borrow_mut().listen()?;
+            self.command.borrow_mut().listen()?;
+            let has_heard = self.command.borrow().has_replies();
             let left = deadline.map(|end| end.saturating_duration_since(Instant::now()));
             let is_over = left.is_some_and(|left| left.is_zero());
             let next = pause.next(self.command.borrow().is_busy());
@@ -147,9 +171,10 @@ impl MasterEnd for Hybrid {
         if self.node(worker) == 0 {
             return self.own.close(worker, take);
         }
+        let closed = self.hear_the_last_of(worker);
         self.receive(worker, take)?;
         self.command.borrow_mut().forget(worker);
-        Ok(())
+        closed
     }
 
     fn traffic(&self, worker: WorkerId) -> Traffic {

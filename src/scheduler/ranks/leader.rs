@@ -147,6 +147,7 @@ impl<'r, L: Launch<Attach>> Leader<'r, L> {
                 self.members.get_mut(&worker).into_iter().for_each(|m| m.process.kill());
                 Ok(())
             }
+            ToNode::Close(worker) => self.close(worker),
             ToNode::ToNode(job) => Ok(self.stock.take(&mut self.transport, job)?),
             ToNode::ToWorker { worker, job } => self.pass_on(worker, job),
         }
@@ -188,7 +189,7 @@ impl<'r, L: Launch<Attach>> Leader<'r, L> {
         let workers: Vec<_> = self.members.keys().copied().collect();
         for worker in workers {
             let mut passed_on = Ok(());
-            self.transport.receive(worker, &mut |reply| {
+            self.transport.receive_some(worker, &mut |reply| {
                 pass_on(&mut *self.ranks, worker, reply, &mut passed_on);
             })?;
             passed_on?;
@@ -206,6 +207,14 @@ impl<'r, L: Launch<Attach>> Leader<'r, L> {
                 let scenario = member.process.scenario();
                 self.let_go(worker, &Obituary { how, last_words, scenario })?;
             }
+        }
+        Ok(())
+    }
+
+    fn close(&mut self, worker: WorkerId) -> Result<(), LeaderError> {
+        if self.members.contains_key(&worker) {
+            let (how, last_words) = ("was let go".to_owned(), String::new());
+            self.let_go(worker, &Obituary { how, last_words, scenario: None })?;
         }
         Ok(())
     }

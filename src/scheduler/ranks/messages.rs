@@ -14,6 +14,7 @@ const KILL: u32 = 3;
 const TO_WORKER: u32 = 4;
 const TO_NODE: u32 = 5;
 const END: u32 = 6;
+const CLOSE: u32 = 11;
 /// From a leader.
 const HOST: u32 = 7;
 const FROM_WORKER: u32 = 8;
@@ -50,6 +51,11 @@ impl Header {
 
     pub fn kill(worker: WorkerId) -> Self {
         Self::about(KILL, worker)
+    }
+
+    /// The worker is let go: its death is to be told, whether it has died or not.
+    pub fn close(worker: WorkerId) -> Self {
+        Self::about(CLOSE, worker)
     }
 
     /// Followed by a [`Job`](crate::wire::Job).
@@ -118,6 +124,7 @@ pub enum ToNode<'a> {
     Lead(Lead),
     Start { worker: WorkerId, role: &'a str },
     Kill(WorkerId),
+    Close(WorkerId),
     ToWorker { worker: WorkerId, job: &'a [u8] },
     ToNode(&'a [u8]),
     End,
@@ -158,6 +165,7 @@ impl<'a> ToNode<'a> {
             }
             START => Self::Start { worker, role: text(body)? },
             KILL => Self::Kill(worker),
+            CLOSE => Self::Close(worker),
             TO_WORKER => Self::ToWorker { worker, job: body },
             TO_NODE => Self::ToNode(body),
             END => Self::End,

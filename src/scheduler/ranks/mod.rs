@@ -18,4 +18,4 @@ mod stock;
 pub use command::{Command, NodeIs};
 pub use hybrid::Hybrid;
 pub use leader::serve;
-pub use remote_worker::OnNodes;
+pub use remote_worker::{NodeAttach, NodeWorker, OnNodes, RemoteWorker};

@@ -33,7 +33,7 @@ pub enum NodeWorker {
     There(RemoteWorker),
 }
 
-/// Ended when dropped, if it has not by then.
+/// Ended when its channels are closed, if it has not by then.
 #[derive(Debug)]
 pub struct RemoteWorker {
     pub(super) id: WorkerId,
@@ -84,14 +84,6 @@ impl Worker for RemoteWorker {
 
     fn scenario(&self) -> Option<u32> {
         self.end.obituary.get().and_then(|obituary| obituary.scenario)
-    }
-}
-
-impl Drop for RemoteWorker {
-    fn drop(&mut self) {
-        if self.end.obituary.get().is_none() {
-            self.kill();
-        }
     }
 }
 

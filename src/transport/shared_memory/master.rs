@@ -94,6 +94,37 @@ impl SharedMemory {
         Ok(attach.over(NODE))
     }
 
+    /// As [`receive`](MasterEnd::receive), but of one who goes on sending no more than a queue holds.
+    pub fn receive_some(
+        &mut self,
+        worker: WorkerId,
+        take: &mut dyn FnMut(&[u8]),
+    ) -> Result<(), TransportError> {
+        self.take_replies(worker, channel::QUEUED_REPLIES, take)
+    }
+
+    fn take_replies(
+        &mut self,
+        worker: WorkerId,
+        most: usize,
+        take: &mut dyn FnMut(&[u8]),
+    ) -> Result<(), TransportError> {
+        let channel = self.channels.get(&worker).expect("a channel that was opened");
+        let traffic = self.traffic.entry(worker).or_default();
+        let mut taken = 0;
+        while taken < most
+            && let Some(sample) =
+                channel.replies.receive().map_err(service_error("receive a reply"))?
+        {
+            let message = Received::new(sample)?;
+            traffic.from_worker += message.len() as u64;
+            take(&message);
+            taken += 1;
+        }
+        // It may wait for room.
+        if taken > 0 { channel.wake() } else { Ok(()) }
+    }
+
     /// Memory for a tree of which workers see more and more.
     pub fn grow(&self, number: u32, bytes: usize) -> Result<Growing, TransportError> {
         Growing::create(self.run.path(), number, bytes)
@@ -226,19 +257,7 @@ impl MasterEnd for SharedMemory {
         worker: WorkerId,
         take: &mut dyn FnMut(&[u8]),
     ) -> Result<(), TransportError> {
-        let channel = self.channels.get(&worker).expect("a channel that was opened");
-        let traffic = self.traffic.entry(worker).or_default();
-        let mut is_anything_taken = false;
-        while let Some(sample) =
-            channel.replies.receive().map_err(service_error("receive a reply"))?
-        {
-            let message = Received::new(sample)?;
-            traffic.from_worker += message.len() as u64;
-            take(&message);
-            is_anything_taken = true;
-        }
-        // It may wait for room.
-        if is_anything_taken { channel.wake() } else { Ok(()) }
+        self.take_replies(worker, usize::MAX, take)
     }
 
     fn close(
