@@ -1,6 +1,7 @@
 //! Master and worker processes together, on a scene that was answered without them.
 
 mod engine_run;
+mod engine_transfer;
 mod over_ranks;
 
 use std::io;
@@ -8,8 +9,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use bumper::effects::contacts::pairs_fnv1a64;
-use bumper::scene::{Compression, MatchRule, Slowdown, StartFrom, Transport};
-use bumper::scheduler::client_manager::{EngineError, EngineReport, start};
+use bumper::scene::{Compression, MatchRule, Slowdown, StartFrom, SubtreesFrom, Transport};
+use bumper::scheduler::client_manager::{EngineError, start};
 use bumper::transport::shared_memory::SharedMemory;
 use bumper::transport::{Needs, SharedGeometry, TransportError, WakeUp};
 use bumper::tree::roots::Cut;
@@ -96,15 +97,16 @@ fn every_transport_matchmaker_and_number_of_workers_gives_the_pinned_answers() {
     };
     assert_eq!(hash_of(&scene.truth()), PINNED, "the truth has changed");
     for transport in Transport::ALL {
-        for compress in Compression::ALL {
+        for (compress, subtrees_from) in ways_to_send() {
             for (matchmaker, workers) in
                 MatchRule::ALL.into_iter().flat_map(|rule| (1..=4).map(move |n| (rule, n)))
             {
                 let mut options = options(workers);
                 (options.engine.transport, options.engine.matchmaker) = (transport, matchmaker);
-                options.engine.compress = compress;
+                (options.engine.compress, options.engine.subtrees_from) = (compress, subtrees_from);
                 let what = format!("{:?}", options.engine);
-                if transport.has_geometry_in_place() && compress != Compression::None {
+                let is_plain = (compress, subtrees_from) == Default::default();
+                if transport.has_geometry_in_place() && !is_plain {
                     let refused = start(options.engine, options.program).err().expect(&what);
                     assert!(matches!(refused, EngineError::NothingSent(_)), "{refused}");
                     continue;
@@ -112,30 +114,17 @@ fn every_transport_matchmaker_and_number_of_workers_gives_the_pinned_answers() {
                 let (report, answers) = scene.run(&options);
                 assert_eq!(hash_of(&answers), PINNED, "{what}");
                 assert_eq!(report.completed, 60, "{what}");
+                let transfer = report.transfer;
+                assert_eq!(transfer.not_fetched, 0, "{what}");
+                assert!(workers > 1 || transfer.bytes_from_workers == 0, "{what}");
             }
         }
     }
 }
 
-#[test]
-fn compressed_subtrees_are_fewer_bytes_and_counted_as_they_are_sent() {
-    let scene = Scene::new(60, 100);
-    for transport in [Transport::Pipe, Transport::Socket] {
-        let run = |compress| {
-            let mut options = options(1);
-            (options.engine.transport, options.engine.compress) = (transport, compress);
-            scene.run(&options).0
-        };
-        let (plain, packed) = (run(Compression::None), run(Compression::Lz4));
-        let [before, after] = [packed.transfer.bytes_plain, packed.transfer.bytes_packed];
-        assert!(after < before * 9 / 10, "{before} to {after}");
-        assert_eq!((plain.transfer.bytes_plain, plain.transfer.bytes_packed), (before, before));
-        assert!(packed.bytes_sent <= after && packed.bytes_sent > after / 2);
-        assert!(packed.relative_data_transfer < plain.relative_data_transfer * 0.9);
-        // One worker is sent the same subtrees, in messages that else are the same.
-        let messages = |report: &EngineReport| report.workers[0].message_bytes;
-        assert_eq!(messages(&plain) - messages(&packed), plain.bytes_sent - packed.bytes_sent);
-    }
+fn ways_to_send() -> impl Iterator<Item = (Compression, SubtreesFrom)> {
+    let from = |compress| SubtreesFrom::ALL.into_iter().map(move |from| (compress, from));
+    Compression::ALL.into_iter().flat_map(from)
 }
 
 #[test]

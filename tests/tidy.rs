@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use bumper::experiment::evaluation;
 use bumper::scene::{DEFAULT_SCENE, Scene};
 
 /// A module imports only modules of layers further down (or itself).
@@ -38,11 +39,9 @@ const BACKENDS: &[(&str, &str)] = &[
     ("rand_chacha", "src/scene/random/draw.rs"),
     ("strsim", "src/scene/file.rs"),
     ("flate2", "src/mesh/gzip.rs"),
-    ("base64", "src/mesh/gltf"),
+    ("base64", "src/mesh/base64.rs"),
+    ("getrandom", "src/transport/peer.rs"),
 ];
-
-/// Dependencies that are there for features which others then have; the manifest says why.
-const FEATURES_ONLY: &[&str] = &["getrandom"];
 
 const LONGEST_FILE: usize = 450;
 
@@ -175,8 +174,7 @@ fn every_dependency_is_used() {
     let code: String = library().iter().map(|(_, text)| code(text)).collect();
     for krate in manifest["dependencies"].as_table().unwrap().keys() {
         let krate = krate.replace('-', "_");
-        let is_used = names(&krate, &code) || FEATURES_ONLY.contains(&&*krate);
-        assert!(is_used, "{krate} is a dependency that nothing uses");
+        assert!(names(&krate, &code), "{krate} is a dependency that nothing uses");
     }
 }
 
@@ -232,9 +230,19 @@ fn every_unsafe_block_says_why_it_is_sound() {
 fn every_scene_in_config_is_valid() {
     let scenes = files(&["config"], &["toml"]);
     assert!(scenes.iter().any(|(name, _)| name == "config/default.toml"));
-    for (name, _) in scenes {
-        Scene::read(&root().join(&name)).unwrap_or_else(|error| panic!("{error}"));
+    let is_scene = |name: &String| !name.starts_with("config/experiments/");
+    for (name, _) in scenes.iter().filter(|(name, _)| is_scene(name)) {
+        Scene::read(&root().join(name)).unwrap_or_else(|error| panic!("{error}"));
     }
+}
+
+#[test]
+fn every_experiment_in_config_is_part_of_the_program() {
+    let mut names = evaluation::NAMES.map(|name| format!("config/experiments/{name}.toml"));
+    names.sort();
+    let there: Vec<String> =
+        files(&["config/experiments"], &["toml"]).into_iter().map(|(name, _)| name).collect();
+    assert_eq!(there, names);
 }
 
 /// The keys are those that the reader itself lists when it refuses one.

@@ -4,17 +4,19 @@ mod engine_run;
 
 use std::io;
 use std::os::unix::fs::PermissionsExt;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use bumper::geometry::Pose;
 use bumper::mesh::TriangleMesh;
-use bumper::scene::Transport;
+use bumper::scene::{Compression, MatchRule, SubtreesFrom, Transport};
 use bumper::scheduler::client_manager::{EngineError, start};
+use bumper::tree::roots::Cut;
 use bumper::tree::{BuildOptions, TreeKind, build};
 use engine_run::{
-    Place, Recorder, Scene, in_role, kill, options, role, shared_memory_files, signal,
+    Options, Place, Recorder, Scene, in_role, kill, options, role, shared_memory_files, signal,
 };
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -225,17 +227,86 @@ impl Drop for TellsEnd<'_> {
     }
 }
 
+/// Named for one run alone, so that its workers can be told from others.
+fn program_of_its_own() -> (tempfile::TempDir, PathBuf) {
+    let directory = tempfile::tempdir().unwrap();
+    let program = directory.path().join("bumper");
+    std::os::unix::fs::symlink(env!("CARGO_BIN_EXE_bumper"), &program).unwrap();
+    (directory, program)
+}
+
+/// With subtrees from other workers all the time: a scenario goes to who has the least of it.
+fn exchanging(transport: Transport, workers: u32) -> Options {
+    let mut options = options(workers);
+    options.engine.transport = transport;
+    options.engine.subtrees_from = SubtreesFrom::Workers;
+    options.engine.matchmaker = MatchRule::Lowest;
+    options.engine.buffer_scenarios = 2.try_into().unwrap();
+    options.cuts = [Cut::Depth(8); 2];
+    options
+}
+
+#[test]
+fn a_worker_that_others_fetch_from_is_killed_and_no_scenario_is_lost() {
+    let scene = Scene::new(60, 300);
+    let truth = scene.truth();
+    for transport in [Transport::Pipe, Transport::Socket] {
+        let mut options = exchanging(transport, 3);
+        let (_directory, program) = program_of_its_own();
+        options.program = program;
+        let place = Place::at(&options.program);
+        let mut recorder = Recorder {
+            answers: vec![],
+            set_aside: vec![],
+            on_result: |scenario| {
+                if [20, 60, 100].contains(&scenario) {
+                    kill(*place.workers().first().unwrap());
+                }
+                Ok(())
+            },
+        };
+        let mut engine = start(options.engine.clone(), options.program.clone()).unwrap();
+        let report = scene.run_on(&mut *engine, &options, &mut recorder, &GO_ON).unwrap();
+        assert!(recorder.answers == truth, "{transport:?}");
+        assert!(report.transfer.bytes_from_workers > 0, "{transport:?}");
+        assert_eq!(report.workers.iter().map(|worker| worker.restarts).sum::<u32>(), 3);
+    }
+}
+
+/// It has what the other one lacks, and answers nobody.
+#[test]
+fn a_worker_that_others_fetch_from_is_stopped_and_the_master_sends_what_it_has() {
+    let scene = Scene::new(60, 300);
+    let mut options = exchanging(Transport::Pipe, 2);
+    options.engine.patience = Duration::from_secs(2);
+    let (_directory, program) = program_of_its_own();
+    options.program = program;
+    let place = Place::at(&options.program);
+    let mut recorder = Recorder {
+        answers: vec![],
+        set_aside: vec![],
+        on_result: |scenario| {
+            if scenario == 10 {
+                signal(*place.workers().first().unwrap(), "-STOP");
+            }
+            Ok(())
+        },
+    };
+    let mut engine = start(options.engine.clone(), options.program.clone()).unwrap();
+    let report = scene.run_on(&mut *engine, &options, &mut recorder, &GO_ON).unwrap();
+    assert!(recorder.answers == scene.truth());
+    assert!(report.transfer.not_fetched > 0, "nobody has fetched from it");
+    assert_eq!(report.workers.iter().map(|worker| worker.restarts).sum::<u32>(), 1);
+}
+
 /// Runs one after the other while so many workers are killed at random moments.
-fn chaos(transport: Transport, kills: u32, seed: u64) {
+fn chaos(mut options: Options, kills: u32, seed: u64) {
+    let transport = options.engine.transport;
     let scene = Scene::new(40, 20 * kills);
     let truth = scene.truth();
-    let mut options = options(3);
-    options.engine.transport = transport;
     options.engine.restarts = 100_000;
-    let directory = tempfile::tempdir().unwrap();
-    // Named for this run alone, so that its workers can be told from others.
-    options.program = directory.path().join("bumper");
-    std::os::unix::fs::symlink(env!("CARGO_BIN_EXE_bumper"), &options.program).unwrap();
+    let (_directory, program) = program_of_its_own();
+    options.program = program;
     let place = Place::at(&options.program);
     let mut generator = ChaCha8Rng::seed_from_u64(seed);
     let is_over = AtomicBool::new(false);
@@ -264,11 +335,20 @@ fn chaos(transport: Transport, kills: u32, seed: u64) {
     assert_eq!(killed, kills);
 }
 
+fn every_way_to_have_geometry() -> impl Iterator<Item = Options> {
+    let plain = [Transport::Iceoryx2, Transport::Pipe, Transport::Socket].map(|transport| {
+        let mut options = options(3);
+        options.engine.transport = transport;
+        options
+    });
+    let mut packed = exchanging(Transport::Pipe, 3);
+    packed.engine.compress = Compression::Lz4;
+    plain.into_iter().chain([packed, exchanging(Transport::Socket, 3)])
+}
+
 #[test]
 fn dozens_of_kills_at_random_moments_change_no_answer() {
-    for transport in [Transport::Iceoryx2, Transport::Pipe, Transport::Socket] {
-        chaos(transport, 30, 1);
-    }
+    every_way_to_have_geometry().for_each(|options| chaos(options, 30, 1));
 }
 
 #[test]
@@ -278,8 +358,6 @@ fn hundreds_of_kills_at_random_moments_change_no_answer() {
         return;
     }
     for seed in 2..5 {
-        for transport in [Transport::Iceoryx2, Transport::Pipe, Transport::Socket] {
-            chaos(transport, 300, seed);
-        }
+        every_way_to_have_geometry().for_each(|options| chaos(options, 300, seed));
     }
 }

@@ -4,6 +4,7 @@
 mod bookmark;
 pub mod clock;
 pub mod echo;
+mod peers;
 mod remote_client;
 mod result_buffer;
 mod role;

@@ -1,5 +1,7 @@
 //! The worker's loop: take a message, answer its scenarios, send the answers.
 
+use std::collections::VecDeque;
+use std::ops::Deref;
 use std::time::{Duration, Instant};
 
 use super::clock::thread_ns;
@@ -15,7 +17,8 @@ use crate::tree::descent::{Descent, DescentError, Pair};
 use crate::tree::roots::{Detached, PreAnalysis, RootPair};
 use crate::tree::{Accuracy, BoxDepth, Counts};
 use crate::wire::{
-    AnswerRecord, Batch, CostRecord, Job, PlanMessage, ReplyHeader, TreeRecord, Wanted,
+    AnswerRecord, Batch, CostRecord, Job, PlanMessage, ReplyHeader, SubtreeRecord, TreeRecord,
+    Wanted,
 };
 
 /// Answers do not wait for others longer than that: by them the master sees that a worker with a
@@ -40,8 +43,9 @@ pub fn serve<W: WorkerEnd, S: TreeStore<W>>(
         bookmark,
         has_answered: false,
     };
+    let mut inbox = Inbox { awaited: None, later: VecDeque::new() };
     loop {
-        let message = transport.receive()?;
+        let message = inbox.next(transport)?;
         let published;
         let job = match Job::parse(&message)? {
             Job::Elsewhere { body } => {
@@ -63,7 +67,24 @@ pub fn serve<W: WorkerEnd, S: TreeStore<W>>(
                 calculator.planned = Some(Planned { number, effects: Effects::new(plan), parts });
                 acknowledge(transport, TreeRecord::new(number, 0))?;
             }
-            Job::AddSubtree { tree, body } => store.add_subtree(tree, body)?,
+            Job::AddSubtree { tree, body } => {
+                let added = SubtreeRecord { tree, root: store.add_subtree(tree, body)? };
+                inbox.awaited.take_if(|awaited| *awaited == added);
+            }
+            Job::FetchSubtree { tree, fetch } => {
+                if !store.fetch_subtree(tree, &fetch)? {
+                    let record = SubtreeRecord { tree, root: fetch.root };
+                    let header = ReplyHeader::not_fetched();
+                    transport.send(&[bytemuck::bytes_of(&header), bytemuck::bytes_of(&record)])?;
+                    inbox.awaited = Some(record);
+                }
+            }
+            Job::Serve => {
+                if let Some(name) = store.serve() {
+                    let header = ReplyHeader::serves();
+                    transport.send(&[bytemuck::bytes_of(&header), &name.to_bytes()])?;
+                }
+            }
             Job::RemoveTree { tree } => {
                 calculator.forget(tree);
                 store.remove(tree)?;
@@ -72,6 +93,33 @@ pub fn serve<W: WorkerEnd, S: TreeStore<W>>(
                 store.look(batch.trees);
                 calculator.answer(&batch, transport, store)?;
             }
+        }
+    }
+}
+
+/// Messages, in the order in which they can be acted upon.
+struct Inbox<M> {
+    /// What the master is to send now, as nobody else has: without it nothing else goes on.
+    awaited: Option<SubtreeRecord>,
+    /// What has come meanwhile.
+    later: VecDeque<M>,
+}
+
+impl<M: Deref<Target = [u8]>> Inbox<M> {
+    fn next<W: WorkerEnd<Message = M>>(&mut self, transport: &mut W) -> Result<M, WorkerError> {
+        if self.awaited.is_none()
+            && let Some(message) = self.later.pop_front()
+        {
+            return Ok(message);
+        }
+        loop {
+            let message = transport.receive()?;
+            let can_be_now =
+                matches!(Job::parse(&message)?, Job::AddSubtree { .. } | Job::Terminate);
+            if self.awaited.is_none() || can_be_now {
+                return Ok(message);
+            }
+            self.later.push_back(message);
         }
     }
 }

@@ -4,20 +4,33 @@ use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::ops::Deref;
 use std::rc::{Rc, Weak};
+use std::sync::Arc;
 
 use super::WorkerError;
+use super::peers::{Fetcher, Server, Shelf};
+use crate::transport::peer::PeerName;
 use crate::transport::{GeometryInPlace, GrowingGeometry, Message, TransportError, WorkerEnd};
 use crate::tree::roots::CutTree;
 use crate::tree::subtree::{PartialTree, SeenTree};
 use crate::tree::{KeptTree, TreeView};
-use crate::wire::{InPlaceTree, place_of};
+use crate::wire::{Fetch, InPlaceTree, place_of};
 
 pub trait TreeStore<W> {
     /// The body is that of the message that adds the tree. Returns the hash of its image.
     fn add(&mut self, transport: &mut W, tree: u32, body: &[u8]) -> Result<u64, WorkerError>;
 
-    /// The body is that of the message that adds the subtree.
-    fn add_subtree(&mut self, tree: u32, body: &[u8]) -> Result<(), WorkerError>;
+    /// The body is that of the message that adds the subtree; its number.
+    fn add_subtree(&mut self, tree: u32, body: &[u8]) -> Result<u32, WorkerError>;
+
+    /// Takes the subtree from another worker, if that one has it and is quick enough.
+    fn fetch_subtree(&mut self, tree: u32, _fetch: &Fetch) -> Result<bool, WorkerError> {
+        Err(WorkerError::Tree(tree))
+    }
+
+    /// Lets other workers have the subtrees that come from now on; by which name, if that can be.
+    fn serve(&mut self) -> Option<PeerName> {
+        None
+    }
 
     fn remove(&mut self, tree: u32) -> Result<(), WorkerError>;
 
@@ -91,7 +104,7 @@ impl<W: GeometryInPlace> TreeStore<W> for Shared<W::Geometry> {
         }
     }
 
-    fn add_subtree(&mut self, tree: u32, _body: &[u8]) -> Result<(), WorkerError> {
+    fn add_subtree(&mut self, tree: u32, _body: &[u8]) -> Result<u32, WorkerError> {
         Err(WorkerError::Tree(tree))
     }
 
@@ -112,26 +125,77 @@ impl<W: GeometryInPlace> TreeStore<W> for Shared<W::Geometry> {
     }
 }
 
-/// Trees of which the master has sent what was needed so far.
+/// Trees of which what was needed so far has come.
 #[derive(Default)]
-pub struct Received(BTreeMap<u32, PartialTree>);
+pub struct Received {
+    trees: BTreeMap<u32, PartialTree>,
+    fetcher: Fetcher,
+    /// Where others find what has come.
+    serving: Option<(Arc<Shelf>, Server)>,
+}
+
+impl Received {
+    fn keep(&self, tree: u32, root: u32, message: &[u8]) {
+        if let Some((shelf, _)) = &self.serving {
+            shelf.put(tree, root, message.into());
+        }
+    }
+}
 
 impl<W: WorkerEnd> TreeStore<W> for Received {
     fn add(&mut self, _transport: &mut W, tree: u32, body: &[u8]) -> Result<u64, WorkerError> {
         let subtree = |source| WorkerError::Subtree { tree, source };
-        match self.0.entry(tree) {
+        match self.trees.entry(tree) {
             Entry::Occupied(_) => Err(WorkerError::Tree(tree)),
             Entry::Vacant(free) => Ok(free.insert(PartialTree::new(body).map_err(subtree)?).hash()),
         }
     }
 
-    fn add_subtree(&mut self, tree: u32, body: &[u8]) -> Result<(), WorkerError> {
-        let partial = self.0.get_mut(&tree).ok_or(WorkerError::Tree(tree))?;
-        partial.add(body).map(drop).map_err(|source| WorkerError::Subtree { tree, source })
+    fn add_subtree(&mut self, tree: u32, body: &[u8]) -> Result<u32, WorkerError> {
+        let partial = self.trees.get_mut(&tree).ok_or(WorkerError::Tree(tree))?;
+        let root = partial.add(body).map_err(|source| WorkerError::Subtree { tree, source })?;
+        self.keep(tree, root, body);
+        Ok(root)
+    }
+
+    fn fetch_subtree(&mut self, tree: u32, fetch: &Fetch) -> Result<bool, WorkerError> {
+        let Fetch { root, peer, .. } = *fetch;
+        let partial = self.trees.get_mut(&tree).ok_or(WorkerError::Tree(tree))?;
+        let limit = partial.longest_message(root);
+        let limit = limit.map_err(|e| WorkerError::Subtree { tree, source: e.into() })?;
+        let fetched = self.fetcher.fetch(tree, fetch, limit);
+        // What another worker does is no fault of this one.
+        let failed = match fetched {
+            Err(error) => error.to_string(),
+            Ok(message) => match partial.add_root(root, &message) {
+                Ok(()) => {
+                    self.keep(tree, root, &message);
+                    return Ok(true);
+                }
+                Err(error) => error.to_string(),
+            },
+        };
+        eprintln!("worker: subtree {root} of tree {tree} has not come from {peer:?}: {failed}");
+        self.fetcher.give_up(peer);
+        Ok(false)
+    }
+
+    fn serve(&mut self) -> Option<PeerName> {
+        if self.serving.is_none() {
+            let shelf = Arc::default();
+            match Server::start(Arc::clone(&shelf)) {
+                Ok(server) => self.serving = Some((shelf, server)),
+                Err(error) => eprintln!("worker: cannot serve subtrees to others: {error}"),
+            }
+        }
+        self.serving.as_ref().map(|(_, server)| server.name())
     }
 
     fn remove(&mut self, tree: u32) -> Result<(), WorkerError> {
-        self.0.remove(&tree).map(drop).ok_or(WorkerError::Tree(tree))
+        if let Some((shelf, _)) = &self.serving {
+            shelf.remove(tree);
+        }
+        self.trees.remove(&tree).map(drop).ok_or(WorkerError::Tree(tree))
     }
 
     fn plan(&mut self, _transport: &mut W, body: &[u8]) -> Result<Vec<u8>, WorkerError> {
@@ -139,11 +203,11 @@ impl<W: WorkerEnd> TreeStore<W> for Received {
     }
 
     fn whole(&self, tree: u32) -> Result<TreeView<'_>, WorkerError> {
-        self.0.get(&tree).and_then(PartialTree::whole).ok_or(WorkerError::Tree(tree))
+        self.trees.get(&tree).and_then(PartialTree::whole).ok_or(WorkerError::Tree(tree))
     }
 
     fn cut(&self, tree: u32) -> Result<CutTree<'_>, WorkerError> {
-        self.0.get(&tree).map(PartialTree::cut_tree).ok_or(WorkerError::Tree(tree))
+        self.trees.get(&tree).map(PartialTree::cut_tree).ok_or(WorkerError::Tree(tree))
     }
 }
 
@@ -169,7 +233,7 @@ impl<W: GrowingGeometry> TreeStore<W> for InNode<W::Growing> {
         }
     }
 
-    fn add_subtree(&mut self, tree: u32, _body: &[u8]) -> Result<(), WorkerError> {
+    fn add_subtree(&mut self, tree: u32, _body: &[u8]) -> Result<u32, WorkerError> {
         Err(WorkerError::Tree(tree))
     }
 

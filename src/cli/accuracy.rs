@@ -9,15 +9,13 @@ use super::args::AccuracyArgs;
 use super::failure::Failure;
 use super::prepare::{self, Poses};
 use super::request::scene_of;
-use super::{interrupt, terminal};
+use super::{interrupt, report, terminal};
 use crate::experiment::accuracy::{self, AccuracyRow, Load, Measured};
-use crate::geometry::TriangleTest;
 use crate::geometry::simd::SimdLevel;
-use crate::report::accuracy_plot::{self, Mark};
-use crate::report::figure::{Axis, Figure, Point, Series};
+use crate::report::source::Source;
 use crate::report::{Machine, SceneSummary, Versions};
 use crate::scene::Scene;
-use crate::tree::{Accuracy, BuildOptions};
+use crate::tree::BuildOptions;
 
 pub(super) fn run(args: AccuracyArgs) -> Result<(), Failure> {
     let interrupt = interrupt::on_ctrl_c().context("cannot listen to Ctrl-C")?;
@@ -28,10 +26,7 @@ pub(super) fn run(args: AccuracyArgs) -> Result<(), Failure> {
         )));
     }
     let poses = Poses::of(&scene.scenarios)?;
-    if let Some(out) = &args.out {
-        let unusable = || format!("{}: cannot be written to", out.display());
-        std::fs::create_dir_all(out).with_context(unusable)?;
-    }
+    args.out.as_deref().map_or(Ok(()), report::make_folder)?;
     let meshes = prepare::load(&scene)?;
     interrupt::check(&interrupt)?;
     let trees = prepare::build(&meshes, BuildOptions { kind: scene.tree }, None);
@@ -54,7 +49,7 @@ pub(super) fn run(args: AccuracyArgs) -> Result<(), Failure> {
     }
     let report = Report::new(&scene, &measured, poses.len());
     if let Some(out) = &args.out {
-        write(out, &report)?;
+        write(out, &report.to_json())?;
     }
     let text = if args.json { report.to_json() } else { table(&report) };
     terminal::print(&text).context("cannot print the figures")?;
@@ -121,63 +116,10 @@ impl<'a> Report<'a> {
     }
 }
 
-fn write(out: &Path, report: &Report<'_>) -> anyhow::Result<()> {
-    let accuracy = accuracy_plot::error_against_time(&report.title(), &marks(report))
-        .context("cannot draw the figure")?;
-    let files = [
-        ("accuracy.json", report.to_json()),
-        ("accuracy.svg", accuracy),
-        ("depth.svg", by_depth(report).to_svg()?),
-    ];
-    for (name, content) in files {
-        let path = out.join(name);
-        std::fs::write(&path, content)
-            .with_context(|| format!("cannot write {}", path.display()))?;
-    }
-    Ok(())
-}
-
-fn marks(report: &Report<'_>) -> Vec<Mark> {
-    let group = |level| match level {
-        Accuracy::BoxesAt(_) => 4,
-        Accuracy::Pairs(TriangleTest::Boxes) => 0,
-        Accuracy::Pairs(TriangleTest::F32) => 1,
-        Accuracy::Pairs(TriangleTest::F64) => 3,
-        Accuracy::Pairs(TriangleTest::Exact) => accuracy_plot::EXACT,
-    };
-    let mark = |row: &AccuracyRow| Mark {
-        name: row.level.to_string(),
-        time_us: row.time_us.mean,
-        error: row.wrong_pairs,
-        group: group(row.level),
-    };
-    report.levels.iter().map(mark).collect()
-}
-
-/// The sweep of depths, and what looks at triangles, which has no depth, as lines across.
-fn by_depth(report: &Report<'_>) -> Figure {
-    let mut sweep = Vec::new();
-    for row in report.levels {
-        if let Accuracy::BoxesAt(depth) = row.level {
-            sweep.push(Point::at(f64::from(depth.get()), row.time_us.mean));
-        }
-    }
-    sweep.sort_by(|a, b| a.x.total_cmp(&b.x));
-    let deepest = sweep.last().map_or(1.0, |last| last.x);
-    let mut series = vec![Series { name: "boxes(depth)".to_owned(), points: sweep }];
-    for row in report.levels {
-        if let Accuracy::Pairs(_) = row.level {
-            let points = [0.0, deepest].map(|depth| Point::at(depth, row.time_us.mean)).to_vec();
-            series.push(Series { name: row.level.to_string(), points });
-        }
-    }
-    Figure {
-        name: "depth".to_owned(),
-        title: "What stopping at a depth of both trees saves".to_owned(),
-        x: Axis::linear("depth"),
-        y: Axis::log("processor time of a scenario, mean (us)"),
-        series,
-    }
+/// What is drawn is read from what is written.
+fn write(out: &Path, json: &str) -> anyhow::Result<()> {
+    report::write(&out.join(Source::Accuracy.file()), json)?;
+    report::write_figures(out, &Source::Accuracy.section(out, json.to_owned())?.drawings)
 }
 
 fn table(report: &Report<'_>) -> String {

@@ -9,9 +9,11 @@ use std::time::Duration;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
 
+use super::page_server::Loopback;
 use crate::mesh::MeshSource;
 use crate::scene::{
-    self, Compression, Distribution, MatchRule, Slowdown, StartFrom, Transport, WorkerCount,
+    self, Compression, Distribution, MatchRule, Slowdown, StartFrom, SubtreesFrom, Transport,
+    WorkerCount,
 };
 use crate::transport::WakeUp;
 use crate::tree::Accuracy;
@@ -32,14 +34,21 @@ pub(super) enum Verb {
     Run(RunArgs),
     /// Say what a scene calls for, what is left out, and what a scenario is likely to cost
     Plan(Box<PlanArgs>),
+    /// Make a page to look at a scene, or at the results of a run, in a browser
+    View(Box<ViewArgs>),
     /// What accuracy costs in time, and what is wrong without it: the same scenarios at every level
     Accuracy(Box<AccuracyArgs>),
+    /// The paper's evaluation on this machine: what the amount of scenarios, the depth of subtrees, the
+    /// buffer and the workers do to speedup and data transfer
+    Experiment(Box<ExperimentArgs>),
     /// Look at mesh files
     #[command(subcommand)]
     Mesh(MeshVerb),
     /// Measure transports and engines
     #[command(subcommand)]
     Bench(BenchVerb),
+    /// Make one page to read of the outputs of run, bench, accuracy, experiment and cluster
+    Report(ReportArgs),
     /// Answer hard cases in every way there is, and count wrong answers
     Check(CheckArgs),
     /// Remove what killed runs of yours left; living ones are not touched
@@ -117,6 +126,12 @@ pub(super) struct RunArgs {
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
 
+    /// Go on with the run that writes to this directory and was killed or interrupted. What is
+    /// answered is kept; its scene is taken, and must be the same where it is given again, but for
+    /// the options of the engine
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "contacts", "stats"])]
+    pub resume: Option<PathBuf>,
+
     /// Write the touching triangles themselves too, as contacts.parquet
     #[arg(long, requires = "out")]
     pub contacts: bool,
@@ -153,6 +168,24 @@ pub(super) struct PlanArgs {
 }
 
 #[derive(Args)]
+pub(super) struct ViewArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+
+    /// File for the page [default: bumper.html, if it is not served]
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+
+    /// Serve the page here until Ctrl-C, to this machine only: 127.0.0.1:8080, or port 0 for any
+    #[arg(long, value_name = "ADDRESS:PORT")]
+    pub serve: Option<Loopback>,
+
+    /// Where built trees are kept [default: bumper in the user's cache directory]
+    #[arg(long, value_name = "DIR")]
+    pub cache_dir: Option<PathBuf>,
+}
+
+#[derive(Args)]
 pub(super) struct AccuracyArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
@@ -167,6 +200,60 @@ pub(super) struct AccuracyArgs {
     pub out: Option<PathBuf>,
 
     /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Args)]
+pub(super) struct ExperimentArgs {
+    /// serial (tables 2 and 3 of the paper), scenarios (figure 10), depth (11), buffer (12), units
+    /// (13), or a file like those in config/experiments
+    #[arg(value_name = "NAME|FILE")]
+    pub experiment: PathBuf,
+
+    /// Only these of its pairs of models
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    pub models: Vec<String>,
+
+    /// In the place of the fixed mesh of one pair
+    #[arg(long, value_name = "MESH")]
+    pub fixed: Option<MeshSource>,
+
+    /// In the place of the moving mesh of one pair
+    #[arg(long, value_name = "MESH")]
+    pub moving: Option<MeshSource>,
+
+    /// In the place of the poses of one pair
+    #[arg(long, value_name = "CSV")]
+    pub poses: Option<PathBuf>,
+
+    /// Scenarios of each pair
+    #[arg(long, value_name = "N")]
+    pub count: Option<NonZeroU32>,
+
+    /// Samples of each point
+    #[arg(long, value_name = "N")]
+    pub samples: Option<NonZeroU32>,
+
+    /// Workers, where they are not what is varied
+    #[arg(long, value_name = "N")]
+    pub workers: Option<WorkerCount>,
+
+    /// How the master and its workers reach each other [default: what the experiment says, and that
+    /// is pipe, by which subtrees are sent]
+    #[arg(long, value_parser = one_of(Transport::ALL.map(|t| (t.name(), t))))]
+    pub transport: Option<Transport>,
+
+    /// Directory for points.jsonl, experiment.json and the figures, new or empty [default:
+    /// experiment-NAME]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+
+    /// Go on after the samples that are there
+    #[arg(long)]
+    pub resume: bool,
+
+    /// Print experiment.json
     #[arg(long)]
     pub json: bool,
 }
@@ -205,6 +292,11 @@ pub(super) struct EngineArgs {
     /// What is done to subtrees before they are sent, over pipes or sockets
     #[arg(long, value_parser = one_of(Compression::ALL.map(|c| (c.name(), c))))]
     pub compress: Option<Compression>,
+
+    /// From whom a worker gets a subtree that it lacks, over pipes or sockets: from the master, or from
+    /// a worker that has it
+    #[arg(long, value_parser = one_of(SubtreesFrom::ALL.map(|s| (s.name(), s))))]
+    pub subtrees_from: Option<SubtreesFrom>,
 
     /// How often another worker is started in the place of one that died
     #[arg(long, value_name = "N", value_parser = restarts)]
@@ -284,6 +376,10 @@ pub(super) struct BenchTransportArgs {
     #[arg(long, default_value_t = 0.3, value_parser = seconds)]
     pub seconds: f64,
 
+    /// Directory for bench_transport.json and its figures; files of these names are replaced
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+
     /// Draw the one-way times
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
@@ -314,6 +410,10 @@ pub(super) struct BenchEngineArgs {
     #[arg(long, default_value_t = 2.0, value_parser = seconds)]
     pub seconds: f64,
 
+    /// Directory for bench_engine.json and its figures; files of these names are replaced
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+
     /// Draw the scenarios a second
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
@@ -342,6 +442,21 @@ pub(super) struct MeshInfoArgs {
     /// Print one JSON array
     #[arg(long)]
     pub json: bool,
+}
+
+#[derive(Args)]
+pub(super) struct ReportArgs {
+    /// Directories that those commands wrote to with --out
+    #[arg(required = true, value_name = "DIR")]
+    pub directories: Vec<PathBuf>,
+
+    /// The page: one HTML file that needs nothing else
+    #[arg(long, value_name = "FILE", default_value = "report.html")]
+    pub out: PathBuf,
+
+    /// Directory for the figures as well, each an SVG file
+    #[arg(long, value_name = "DIR")]
+    pub svg: Option<PathBuf>,
 }
 
 #[derive(Args)]

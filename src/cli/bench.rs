@@ -11,16 +11,16 @@ use super::args::{BenchEngineArgs, BenchTransportArgs};
 use super::failure::Failure;
 use super::prepare::{self, Poses};
 use super::request::scene_of;
-use super::{interrupt, terminal};
+use super::{interrupt, report, terminal};
 use crate::experiment::latency::{self, LatencyError, LatencyOptions, LatencyRow};
 use crate::experiment::throughput::{self, Load, ThroughputError, ThroughputRow};
-use crate::report::figure::{Axis, Figure, Point, Series};
+use crate::report::source::Source;
 use crate::report::{Machine, Versions};
 use crate::scene::{EngineOptions, MatchRule, Transport};
 use crate::transport::WakeUp;
 use crate::tree::{Accuracy, BuildOptions};
 
-/// What is printed with `--json`.
+/// What is printed with `--json`, and written to `--out`.
 #[derive(Serialize)]
 struct Report<'a, R> {
     schema_version: u32,
@@ -38,14 +38,42 @@ fn to_json<R: Serialize>(rows: &[R]) -> String {
     serde_json::to_string_pretty(&report).expect("string keys and plain values") + "\n"
 }
 
-fn write(path: Option<&Path>, figure: &Figure) -> anyhow::Result<()> {
-    let Some(path) = path else { return Ok(()) };
-    let svg = figure.to_svg()?;
-    std::fs::write(path, svg).with_context(|| format!("cannot write {}", path.display()))
+/// Where figures go, beside the terminal.
+struct Files<'a> {
+    out: Option<&'a Path>,
+    /// Of the first figure.
+    svg: Option<&'a Path>,
+}
+
+impl Files<'_> {
+    /// Before anything takes its time.
+    fn prepare(&self) -> anyhow::Result<()> {
+        self.out.map_or(Ok(()), report::make_folder)
+    }
+
+    /// What is drawn is read from what is written.
+    fn write(&self, source: Source, json: &str) -> anyhow::Result<()> {
+        if let Some(folder) = self.out {
+            report::write(&folder.join(source.file()), json)?;
+        }
+        if self.out.is_none() && self.svg.is_none() {
+            return Ok(());
+        }
+        let section = source.section(self.out.unwrap_or(Path::new("")), json.to_owned())?;
+        if let Some(folder) = self.out {
+            report::write_figures(folder, &section.drawings)?;
+        }
+        match (self.svg, section.drawings.first()) {
+            (Some(path), Some(drawing)) => report::write(path, &drawing.to_svg()?),
+            _ => Ok(()),
+        }
+    }
 }
 
 pub(super) fn transport(args: BenchTransportArgs) -> Result<(), Failure> {
     let interrupt = interrupt::on_ctrl_c().context("cannot listen to Ctrl-C")?;
+    let files = Files { out: args.out.as_deref(), svg: args.svg.as_deref() };
+    files.prepare()?;
     let options = LatencyOptions {
         transports: or_all(args.transport, &Transport::ALL),
         wake_ups: or_all(args.wake_up, &WakeUp::ALL),
@@ -69,8 +97,9 @@ pub(super) fn transport(args: BenchTransportArgs) -> Result<(), Failure> {
         LatencyError::Interrupted => interrupt::before_results(),
         other => other.into(),
     })?;
-    write(args.svg.as_deref(), &latency_figure(&rows))?;
-    let text = if args.json { to_json(&rows) } else { latency_table(&rows) };
+    let json = to_json(&rows);
+    files.write(Source::BenchTransport, &json)?;
+    let text = if args.json { json } else { latency_table(&rows) };
     Ok(terminal::print(&text).context("cannot print the figures")?)
 }
 
@@ -119,20 +148,6 @@ fn latency_table(rows: &[LatencyRow]) -> String {
     text
 }
 
-fn latency_figure(rows: &[LatencyRow]) -> Figure {
-    let point = |row: &LatencyRow| {
-        let name = format!("{}, {}", row.transport.name(), row.wake_up);
-        (name, Point::at(row.bytes as f64, row.one_way.median))
-    };
-    Figure {
-        name: "latency".to_owned(),
-        title: "Handing a subtree over to a worker".to_owned(),
-        x: Axis::log("bytes"),
-        y: Axis::log("one way, median (us)"),
-        series: Series::grouped(rows.iter().map(point)),
-    }
-}
-
 pub(super) fn engine(args: BenchEngineArgs) -> Result<(), Failure> {
     let interrupt = interrupt::on_ctrl_c().context("cannot listen to Ctrl-C")?;
     let transports = or_all(args.over, &Transport::ALL);
@@ -150,6 +165,8 @@ pub(super) fn engine(args: BenchEngineArgs) -> Result<(), Failure> {
         )));
     }
     let poses = Poses::of(&scene.scenarios)?;
+    let files = Files { out: args.out.as_deref(), svg: args.svg.as_deref() };
+    files.prepare()?;
     let meshes = prepare::load(&scene)?;
     let trees = prepare::build(&meshes, BuildOptions { kind: scene.tree }, None);
     let poses = poses.place(&meshes, &trees, &interrupt)?;
@@ -161,8 +178,8 @@ pub(super) fn engine(args: BenchEngineArgs) -> Result<(), Failure> {
         poses: &poses,
         engine: scene.engine.clone(),
         program: std::env::current_exe().context("cannot find my own executable")?,
-        time: Duration::from_secs_f64(args.seconds),
     };
+    let time = Duration::from_secs_f64(args.seconds);
     let workers = match args.worker_counts {
         counts if counts.is_empty() => vec![1, scene.engine.worker_count().get()],
         counts => counts.iter().map(|count| count.get().get()).collect(),
@@ -174,7 +191,7 @@ pub(super) fn engine(args: BenchEngineArgs) -> Result<(), Failure> {
             for &workers in &workers {
                 let activity = terminal::activity("measuring");
                 let combination = (transport, matchmaker, workers);
-                let row = throughput::measure(&load, combination, &interrupt);
+                let row = throughput::measure(&load, combination, time, &interrupt);
                 activity.finish_and_clear();
                 rows.push(row.map_err(|error| match error {
                     ThroughputError::Interrupted => interrupt::before_results(),
@@ -183,8 +200,9 @@ pub(super) fn engine(args: BenchEngineArgs) -> Result<(), Failure> {
             }
         }
     }
-    write(args.svg.as_deref(), &throughput_figure(&rows))?;
-    let text = if args.json { to_json(&rows) } else { throughput_table(&rows) };
+    let json = to_json(&rows);
+    files.write(Source::BenchEngine, &json)?;
+    let text = if args.json { json } else { throughput_table(&rows) };
     Ok(terminal::print(&text).context("cannot print the figures")?)
 }
 
@@ -218,18 +236,4 @@ fn throughput_table(rows: &[ThroughputRow]) -> String {
         );
     }
     text
-}
-
-fn throughput_figure(rows: &[ThroughputRow]) -> Figure {
-    let point = |row: &ThroughputRow| {
-        let name = format!("{}, {}", row.transport.name(), row.matchmaker.name());
-        (name, Point::at(f64::from(row.workers), row.scenarios_per_s))
-    };
-    Figure {
-        name: "throughput".to_owned(),
-        title: "Scenarios a second".to_owned(),
-        x: Axis::linear("workers"),
-        y: Axis::linear("scenarios / s"),
-        series: Series::grouped(rows.iter().map(point)),
-    }
 }

@@ -9,9 +9,9 @@ use serde::Serialize;
 use super::args::CheckArgs;
 use super::check_ccd;
 use super::failure::Failure;
-use super::summary_text::grouped;
 use super::terminal;
 use crate::hardcases::{Report, Row, Suite, Wrong, check};
+use crate::report::figure::grouped;
 use crate::report::{Machine, Versions};
 use crate::tree::Accuracy;
 

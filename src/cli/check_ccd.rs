@@ -6,9 +6,9 @@ use anyhow::{Context, anyhow};
 
 use super::check::{blame, to_json};
 use super::failure::Failure;
-use super::summary_text::grouped;
 use super::terminal;
 use crate::hardcases::continuous::{QueryReport, QuerySuite, WrongQuery, check};
+use crate::report::figure::grouped;
 
 /// Fails if an answer is wrong.
 pub(super) fn run(files: &[PathBuf], json: bool) -> Result<(), Failure> {

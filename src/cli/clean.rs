@@ -7,8 +7,8 @@ use serde_json::{Value, json};
 
 use super::args::CleanArgs;
 use super::failure::Failure;
-use super::summary_text::grouped;
 use super::terminal;
+use crate::report::figure::grouped;
 use crate::transport::shared_memory::{Leftovers, default_base, remove_leftovers};
 
 /// Fails if there was something dead that cannot be removed; all the rest is removed first.

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use anyhow::{Context, anyhow};
 
 use super::prepare::{self, Both, Tree};
+use super::renumber::{Renumbered, renumbered};
 use super::run::Job;
 use super::terminal;
 use crate::effects::crush::{CrushOptions, Impression};
@@ -14,9 +15,7 @@ use crate::effects::{Plan, Step};
 use crate::geometry::Pose;
 use crate::mesh::{TriangleMesh, deform, write_ply};
 use crate::report::DEFORMED;
-use crate::scheduler::client_manager::{
-    AnyEngine, EngineError, EngineReport, ResultSink, ScenarioResult,
-};
+use crate::scheduler::client_manager::{AnyEngine, EngineReport, ResultSink, ScenarioResult};
 use crate::tree::{BuildOptions, refit};
 
 /// What a scene with such a crash has, beside a job.
@@ -31,21 +30,22 @@ pub(super) struct Crash<'a> {
 }
 
 impl Crash<'_> {
-    /// The scenarios up to the crash, and then, with new versions of both trees, those after it.
+    /// The scenarios up to the crash, and then, with new versions of both trees, those after it. Also
+    /// these versions, if the crash deforms anything.
     pub(super) fn run(
         &self,
         job: &Job<'_>,
         engine: &mut dyn AnyEngine,
         trees: &Both<Tree>,
         sink: &mut dyn ResultSink,
-    ) -> anyhow::Result<EngineReport> {
+    ) -> anyhow::Result<(EngineReport, Option<Both<Tree>>)> {
         let crash = self.scenario as usize;
         let (before, after) = job.poses.split_at(job.poses.len().min(crash + 1));
         let mut watch = Watch { sink, scenario: self.scenario, seen: None };
         let report = Job { poses: before, ..*job }.run(engine, trees, &mut watch)?;
         let seen = watch.seen;
         if report.interrupted {
-            return Ok(report);
+            return Ok((report, None));
         }
         if report.set_aside.contains(&self.scenario) {
             return Err(anyhow!(
@@ -53,7 +53,8 @@ impl Crash<'_> {
                  worker that was at it died: those after it cannot be answered"
             ));
         }
-        let mut later = Later { sink, first: self.scenario + 1 };
+        let later = |scenario: u32| self.scenario + 1 + scenario;
+        let mut sink = Renumbered { sink, number: &later };
         let deformed = match (seen, self.options()) {
             (Some(impression), Some(options)) => {
                 Some(self.deformed(trees, options, &job.poses[crash], &impression)?)
@@ -64,19 +65,20 @@ impl Crash<'_> {
             }
         };
         if after.is_empty() {
-            return Ok(report);
+            return Ok((report, deformed.map(|(_, trees)| trees)));
         }
         let after = Job { poses: after, ..*job };
         let second = match &deformed {
-            None => after.run(engine, trees, &mut later),
+            None => after.run(engine, trees, &mut sink),
             Some((meshes, trees)) => {
                 let parts = prepare::build_parts(self.plan, meshes, self.build);
                 let effects = job.effects.map(|(plan, _)| (plan, &parts[..]));
-                Job { effects, ..after }.run(engine, trees, &mut later)
+                Job { effects, ..after }.run(engine, trees, &mut sink)
             }
         };
         let first = self.scenario + 1;
-        Ok(report.followed_by(second.map_err(|error| numbered_on(error, first))?, first))
+        let second = second.map_err(|error| renumbered(error, &later, first))?;
+        Ok((report.followed_by(second, first), deformed.map(|(_, trees)| trees)))
     }
 
     fn options(&self) -> Option<&CrushOptions> {
@@ -125,18 +127,6 @@ impl Crash<'_> {
     }
 }
 
-fn numbered_on(error: EngineError, first: u32) -> EngineError {
-    match error {
-        EngineError::Overflow { scenario, triangle, corner } => {
-            EngineError::Overflow { scenario: first + scenario, triangle, corner }
-        }
-        EngineError::AllWorkersDied { completed, last } => {
-            EngineError::AllWorkersDied { completed: first + completed, last }
-        }
-        other => other,
-    }
-}
-
 /// Sees what is said of one scenario.
 struct Watch<'a> {
     sink: &'a mut dyn ResultSink,
@@ -154,21 +144,5 @@ impl ResultSink for Watch<'_> {
 
     fn set_aside(&mut self, scenario: u32) -> io::Result<()> {
         self.sink.set_aside(scenario)
-    }
-}
-
-/// The scenarios of a later run, numbered on.
-struct Later<'a> {
-    sink: &'a mut dyn ResultSink,
-    first: u32,
-}
-
-impl ResultSink for Later<'_> {
-    fn accept(&mut self, result: ScenarioResult<'_>) -> io::Result<()> {
-        self.sink.accept(ScenarioResult { scenario: self.first + result.scenario, ..result })
-    }
-
-    fn set_aside(&mut self, scenario: u32) -> io::Result<()> {
-        self.sink.set_aside(self.first + scenario)
     }
 }

@@ -8,16 +8,21 @@ mod check_ccd;
 mod clean;
 mod compare;
 mod deform;
+mod experiment;
 mod failure;
 mod interrupt;
 mod mesh_info;
+mod page_server;
 mod plan;
 mod prepare;
 mod ranks;
+mod renumber;
+mod report;
 mod request;
 mod run;
 mod summary_text;
 mod terminal;
+mod view;
 
 use std::process::ExitCode;
 
@@ -34,11 +39,14 @@ pub fn main() -> ExitCode {
         Verb::Run(args) => terminal::log_to_stderr().and_then(|()| run::run(args)),
         Verb::Accuracy(args) => terminal::log_to_stderr().and_then(|()| accuracy::run(*args)),
         Verb::Plan(args) => terminal::log_to_stderr().and_then(|()| plan::plan(&args)),
+        Verb::View(args) => terminal::log_to_stderr().and_then(|()| view::view(*args)),
+        Verb::Experiment(args) => terminal::log_to_stderr().and_then(|()| experiment::run(*args)),
         Verb::Mesh(MeshVerb::Info(args)) => mesh_info::run(&args),
         Verb::Bench(BenchVerb::Transport(args)) => bench::transport(args),
         Verb::Bench(BenchVerb::Engine(args)) => {
             terminal::log_to_stderr().and_then(|()| bench::engine(*args))
         }
+        Verb::Report(args) => report::run(&args),
         Verb::Check(args) => check::run(&args),
         Verb::Clean(args) => clean::run(&args),
     };

@@ -8,7 +8,7 @@ use super::args::{EngineArgs, RunArgs, SceneArgs};
 use super::failure::Failure;
 use crate::effects::PairsAsked;
 use crate::geometry::simd::SimdLevel;
-use crate::report::OutputDir;
+use crate::report::{OutputDir, SCENE};
 use crate::scene::{EngineOptions, Scenarios, Scene, SceneError};
 use crate::transport::ranks;
 use crate::tree::Accuracy;
@@ -19,6 +19,8 @@ pub(super) struct Request {
     pub out: Option<OutputDir>,
     /// Of the same directory.
     pub out_path: Option<PathBuf>,
+    /// Whether the rows in it are kept.
+    pub resumes: bool,
     pub contacts: bool,
     pub json: bool,
     pub stats: bool,
@@ -30,17 +32,35 @@ impl Request {
     /// Everything that can be checked without loading a mesh is, the output directory last: an
     /// argument that is refused leaves no trace.
     pub(super) fn new(args: RunArgs) -> Result<Self, Failure> {
+        let cache_dir =
+            if args.no_cache { None } else { args.cache_dir.clone().or_else(cache_dir) };
+        if let Some(path) = &args.resume {
+            let out = OutputDir::of_unfinished(path)?;
+            let scene = scene_that_began(path, &args.scene)?;
+            let contacts = out.identity()?.contacts;
+            let (out, out_path) = (Some(out), Some(path.clone()));
+            let (json, stats) = (args.json, false);
+            return Ok(Self {
+                scene,
+                out,
+                out_path,
+                resumes: true,
+                contacts,
+                json,
+                stats,
+                cache_dir,
+            });
+        }
         let scene = scene_of(&args.scene)?;
         check_accuracy(scene.accuracy, &args)?;
         check_effects(&scene)?;
         check_outputs(&scene, &args)?;
-        let cache_dir =
-            if args.no_cache { None } else { args.cache_dir.clone().or_else(cache_dir) };
         let out = args.out.as_deref().map(OutputDir::prepare).transpose()?;
         Ok(Self {
             scene,
             out,
             out_path: args.out,
+            resumes: false,
             contacts: args.contacts,
             json: args.json,
             stats: args.stats,
@@ -49,10 +69,42 @@ impl Request {
     }
 }
 
+/// The scene of a run that was not finished, with other options of the engine if there are any.
+fn scene_that_began(directory: &Path, args: &SceneArgs) -> Result<Scene, Failure> {
+    let path = directory.join(SCENE);
+    let begun = scene(Some(&path))?;
+    let scene = match &args.scene {
+        Some(_) => scene_of(args)?,
+        None => overridden(begun.clone(), args)?,
+    };
+    if let Some(key) = scene.difference(&begun)? {
+        return Err(Failure::usage(anyhow!(
+            "--resume: {} was begun with another scene: `{key}` differs",
+            directory.display()
+        )));
+    }
+    if scene.effects.crush.is_some_and(|crush| crush.deform_after.is_some()) {
+        return Err(Failure::usage(anyhow!(
+            "--resume: after its crash the scene goes on with deformed vehicles, which are not kept: \
+             run it again from the first scenario"
+        )));
+    }
+    Ok(scene)
+}
+
 /// The scene with the options of the command line in it.
 pub(super) fn scene_of(args: &SceneArgs) -> Result<Scene, Failure> {
+    overridden(scene(args.scene.as_deref())?, args)
+}
+
+fn overridden(mut scene: Scene, args: &SceneArgs) -> Result<Scene, Failure> {
     SimdLevel::from_environment().map_err(Failure::usage)?;
-    let mut scene = scene(args.scene.as_deref())?;
+    override_scene(&mut scene, args)?;
+    Ok(scene)
+}
+
+/// With what the command line says, the scene file apart.
+pub(super) fn override_scene(scene: &mut Scene, args: &SceneArgs) -> Result<(), Failure> {
     override_scenarios(&mut scene.scenarios, args)?;
     scene.engine.workers = args.workers.or(scene.engine.workers);
     scene.accuracy = args.accuracy.unwrap_or(scene.accuracy);
@@ -71,7 +123,7 @@ pub(super) fn scene_of(args: &SceneArgs) -> Result<Scene, Failure> {
     scene.fixed.distribution = fixed.unwrap_or(scene.fixed.distribution);
     let moving = args.moving_depth.or(args.moving_subtree_triangles);
     scene.moving.distribution = moving.unwrap_or(scene.moving.distribution);
-    Ok(scene)
+    Ok(())
 }
 
 /// What cannot be had at every level.
@@ -158,6 +210,7 @@ fn override_engine(engine: &mut EngineOptions, args: &EngineArgs) {
     engine.buffer_kilobytes = args.buffer_kilobytes.or(engine.buffer_kilobytes);
     engine.start_from = args.start_from.or(engine.start_from);
     engine.compress = args.compress.unwrap_or(engine.compress);
+    engine.subtrees_from = args.subtrees_from.unwrap_or(engine.subtrees_from);
     engine.restarts = args.restarts.unwrap_or(engine.restarts);
     engine.patience = args.patience.unwrap_or(engine.patience);
     if let Some(slowdowns) = &args.slowdowns {
@@ -166,7 +219,7 @@ fn override_engine(engine: &mut EngineOptions, args: &EngineArgs) {
 }
 
 /// By the XDG base directory specification, which has relative paths ignored.
-fn cache_dir() -> Option<PathBuf> {
+pub(super) fn cache_dir() -> Option<PathBuf> {
     let absolute = |name| std::env::var_os(name).map(PathBuf::from).filter(|p| p.is_absolute());
     let base = absolute("XDG_CACHE_HOME").or_else(|| Some(absolute("HOME")?.join(".cache")))?;
     Some(base.join("bumper"))

@@ -1,5 +1,6 @@
 //! `bumper run`: the main job.
 
+use std::collections::BTreeSet;
 use std::io;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -14,12 +15,15 @@ use super::deform::Crash;
 use super::failure::Failure;
 use super::prepare::{self, Both, Poses, Tree, timed};
 use super::ranks::{self, Master};
+use super::renumber::{Renumbered, renumbered};
 use super::request::Request;
 use super::{interrupt, summary_text, terminal};
 use crate::effects::{PairsAsked, Plan};
 use crate::geometry::Pose;
 use crate::mesh::TriangleMesh;
-use crate::report::{OutputDir, OutputError, Outputs, ResultFiles, Summary, Tally, Times};
+use crate::report::{
+    OutputDir, OutputError, Outputs, ResultFiles, RunIdentity, Summary, Tally, Times,
+};
 use crate::scene::{EngineOptions, Scene, WorkerCount};
 use crate::scheduler::client_manager::{
     self, AnyEngine, EffectsWork, EngineError, EngineReport, ResultSink, ScenarioResult, Work,
@@ -34,6 +38,10 @@ pub(super) fn run(args: RunArgs) -> Result<(), Failure> {
     let Some(Master { command }) = ranks::take_part()? else { return Ok(()) };
     let interrupt = interrupt::on_ctrl_c().context("cannot listen to Ctrl-C")?;
     let request = Request::new(args)?;
+    if let Some(complete) = request.out.as_ref().filter(|out| request.resumes && out.is_complete())
+    {
+        return already_complete(complete, request.json);
+    }
     let scene = &request.scene;
 
     let (poses, read_s) = timed(|| Poses::of(&scene.scenarios));
@@ -53,14 +61,21 @@ pub(super) fn run(args: RunArgs) -> Result<(), Failure> {
     let poses = poses?;
     interrupt::check(&interrupt)?;
 
+    let identity = RunIdentity::new(meshes.fixed(), meshes.moving(), &poses, request.contacts);
     let outputs = Outputs {
         scene: scene.to_toml()?,
-        contacts: request.contacts,
+        identity,
         overlap_only: scene.effects.pairs == PairsAsked::Overlap,
         layout: plan.layout(),
     };
     let deform_after = scene.effects.crush.and_then(|crush| crush.deform_after);
-    let mut results = Results::new(request.out, outputs, request.stats, poses.len());
+    let all = poses.len();
+    let mut results = Results::new(request.out, outputs, request.stats, all);
+    let missing = if request.resumes { Some(results.go_on(all)?) } else { None };
+    let poses = match &missing {
+        Some(missing) => missing.iter().map(|&scenario| poses[scenario as usize]).collect(),
+        None => poses,
+    };
     let job = Job {
         poses: &poses,
         cuts: scene.cuts(),
@@ -81,7 +96,8 @@ pub(super) fn run(args: RunArgs) -> Result<(), Failure> {
         build: options,
         out: request.out_path.as_deref(),
     });
-    let report = answer(&mut *engine, &trees, &job, crash.as_ref(), &mut results)
+    let way = Way { crash: crash.as_ref(), missing: missing.as_deref() };
+    let report = answer(&mut *engine, &trees, &job, &way, &mut results)
         .map_err(|error| naming_the_vertex(error, meshes.moving()))?;
 
     let mut times = Times { load_s, build_s, poses_s: read_s + placed_s, ..Times::default() };
@@ -97,7 +113,7 @@ pub(super) fn run(args: RunArgs) -> Result<(), Failure> {
     }
     drop(engine);
     times.wall_s = start.elapsed().as_secs_f64();
-    let summary = Summary::new(scene, trees_summary, poses.len(), report, &results.tally, times);
+    let summary = Summary::new(scene, trees_summary, all, report, &results.tally, times);
     // The answers are there, whatever came of the comparison.
     let (tree_costs, failure) =
         compared.map_or_else(|error| (Vec::new(), Some(error)), |costs| (costs, None));
@@ -106,7 +122,7 @@ pub(super) fn run(args: RunArgs) -> Result<(), Failure> {
 }
 
 /// That the scenario is there whose crash deforms the vehicles.
-fn check_crash(scene: &Scene, scenarios: usize) -> Result<(), Failure> {
+pub(super) fn check_crash(scene: &Scene, scenarios: usize) -> Result<(), Failure> {
     let after = scene.effects.crush.and_then(|crush| crush.deform_after);
     match after.filter(|&scenario| scenario as usize >= scenarios) {
         None => Ok(()),
@@ -117,8 +133,18 @@ fn check_crash(scene: &Scene, scenarios: usize) -> Result<(), Failure> {
     }
 }
 
+/// Says so.
+fn already_complete(out: &OutputDir, json: bool) -> Result<(), Failure> {
+    let text = if json {
+        out.summary()?
+    } else {
+        "nothing is missing: all scenarios are answered\n".into()
+    };
+    Ok(terminal::print(&text).context("cannot print the summary")?)
+}
+
 /// A worker for each rank; or no more than there are scenarios.
-fn start_engine(
+pub(super) fn start_engine(
     scene: &Scene,
     scenarios: usize,
     command: Option<Command>,
@@ -181,24 +207,52 @@ impl Job<'_> {
     }
 }
 
+/// What is not simply one scenario after the other.
+struct Way<'a> {
+    crash: Option<&'a Crash<'a>>,
+    /// Only these are to be answered: the poses of the job are theirs.
+    missing: Option<&'a [u32]>,
+}
+
+impl Way<'_> {
+    fn run(
+        &self,
+        engine: &mut dyn AnyEngine,
+        trees: &Both<Tree>,
+        job: &Job<'_>,
+        results: &mut Results,
+    ) -> anyhow::Result<EngineReport> {
+        match (self.crash, self.missing) {
+            (Some(crash), _) => Ok(crash.run(job, engine, trees, results)?.0),
+            (None, None) => Ok(job.run(engine, trees, results)?),
+            (None, Some(missing)) => {
+                let number = |scenario: u32| missing[scenario as usize];
+                let earlier = results.tally.earlier();
+                let mut sink = Renumbered { sink: results, number: &number };
+                let report = job.run(engine, trees, &mut sink);
+                let mut report = report.map_err(|e| renumbered(e, &number, earlier))?;
+                report.set_aside.iter_mut().for_each(|scenario| *scenario = number(*scenario));
+                Ok(report)
+            }
+        }
+    }
+}
+
 /// Runs the engine. Whatever comes of it, the results so far are complete files afterwards.
 fn answer(
     engine: &mut dyn AnyEngine,
     trees: &Both<Tree>,
     job: &Job<'_>,
-    crash: Option<&Crash<'_>>,
+    way: &Way<'_>,
     results: &mut Results,
 ) -> Result<EngineReport, Failure> {
-    let report = match crash {
-        Some(crash) => crash.run(job, engine, trees, results),
-        None => job.run(engine, trees, results).map_err(anyhow::Error::from),
-    };
+    let report = way.run(engine, trees, job, results);
     results.bar.finish_and_clear();
     let tables = results.files.as_mut().map_or(Ok(()), ResultFiles::finish_tables);
     // If both failed, the tables did so for the same reason.
     let report = report.map_err(|error| match (&results.files, error.downcast_ref()) {
         (Some(_), Some(EngineError::Sink(error))) => {
-            anyhow!("{error}; scenarios.csv keeps the scenarios that were answered before")
+            anyhow!("{error}; what was answered before is kept, and --resume goes on after it")
         }
         _ => error,
     })?;
@@ -207,7 +261,7 @@ fn answer(
 }
 
 /// Workers know the corners of triangles; which vertex one is, only the mesh tells.
-fn naming_the_vertex(failure: Failure, moving: &TriangleMesh) -> Failure {
+pub(super) fn naming_the_vertex(failure: Failure, moving: &TriangleMesh) -> Failure {
     let Failure::Failed(error) = failure else { return failure };
     let corner = match error.downcast_ref() {
         Some(&EngineError::Overflow { triangle, corner, .. }) => (triangle, corner),
@@ -270,6 +324,17 @@ impl Results {
         let measured = stats.then(Measured::default);
         let tally = Tally::new(outputs.layout.clone());
         Self { tally, measured, out, outputs, files: None, bar }
+    }
+
+    /// Keeps what an earlier run answered. Returns the scenarios that it did not.
+    fn go_on(&mut self, scenarios: usize) -> Result<Vec<u32>, OutputError> {
+        let Some(out) = self.out.take() else { return Ok(Vec::new()) };
+        let (files, earlier) = out.go_on(self.outputs.clone())?;
+        self.tally.add_earlier(earlier);
+        self.bar.inc(earlier.scenarios.into());
+        let answered: BTreeSet<u32> = files.answered().collect();
+        self.files = Some(files);
+        Ok((0..scenarios as u32).filter(|scenario| !answered.contains(scenario)).collect())
     }
 
     fn start_files(&mut self) -> Result<(), OutputError> {

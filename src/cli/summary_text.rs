@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use crate::report::figure::grouped;
 use crate::report::{CostFit, EffectSummary, Summary, TreeCosts};
 use crate::scene::Compression;
 use crate::scheduler::client_manager::{NodeReport, TransferReport};
@@ -172,31 +173,5 @@ pub(super) fn short(microseconds: f64) -> String {
         format!("{microseconds:.3} us")
     } else {
         format!("{:.3} ms", microseconds / 1e3)
-    }
-}
-
-/// 1234567 as `1,234,567`.
-pub(super) fn grouped(number: u64) -> String {
-    let digits = number.to_string();
-    let mut text = String::new();
-    for (index, digit) in digits.chars().enumerate() {
-        if index > 0 && (digits.len() - index).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
-}
-
-#[cfg(test)]
-mod tests {
-    use super::grouped;
-
-    #[test]
-    fn thousands_are_set_apart() {
-        assert_eq!(grouped(0), "0");
-        assert_eq!(grouped(999), "999");
-        assert_eq!(grouped(1000), "1,000");
-        assert_eq!(grouped(1_234_567), "1,234,567");
     }
 }

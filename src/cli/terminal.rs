@@ -24,6 +24,15 @@ pub(super) fn scenario_bar(what: &'static str, count: usize) -> ProgressBar {
     BARS.add(ProgressBar::new(count as u64).with_style(style).with_message(what))
 }
 
+/// A bar that counts samples, with the time left and what is measured now.
+pub(super) fn point_bar(count: usize) -> ProgressBar {
+    let template = "{wide_bar} {pos}/{len}  {eta} left  {msg}";
+    let style = ProgressStyle::with_template(template).expect("the template is valid");
+    let bar = BARS.add(ProgressBar::new(count as u64).with_style(style));
+    bar.enable_steady_tick(std::time::Duration::from_millis(200));
+    bar
+}
+
 /// A line that says what is being done, until it is finished.
 pub(super) fn activity(what: &'static str) -> ProgressBar {
     let bar = BARS.add(ProgressBar::new_spinner().with_message(what));

@@ -44,7 +44,8 @@ impl Column {
         Self { name, kind: Kind::Choice(choices) }
     }
 
-    fn allows(&self, word: u64) -> bool {
+    /// Whether the word can be a value of it, or the absence of one.
+    pub fn allows(&self, word: u64) -> bool {
         word == ABSENT
             || match self.kind {
                 Kind::Flag => word <= 1,

@@ -1,8 +1,9 @@
-//! Measurements that users make: what accuracy costs, what a transport costs, and what
-//! an engine gets done.
+//! Measurements that users make: what accuracy costs, what a transport costs, what an engine gets
+//! done, and the paper's evaluation.
 
 pub mod accuracy;
 mod contact_error;
 mod difference;
+pub mod evaluation;
 pub mod latency;
 pub mod throughput;

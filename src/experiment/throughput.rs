@@ -3,7 +3,7 @@
 use std::io;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use crate::effects::contacts::{contacts, pairs_fnv1a64};
@@ -46,8 +46,6 @@ pub struct Load<'a> {
     pub poses: &'a [Pose],
     pub engine: EngineOptions,
     pub program: PathBuf,
-    /// For each combination.
-    pub time: Duration,
 }
 
 #[derive(Debug, thiserror::Error)]
@@ -69,7 +67,10 @@ type Answer = (u32, u64);
 
 /// One after the other on this thread, without an engine: what there is to answer, and the seconds
 /// that it takes.
-pub fn serial(load: &Load<'_>) -> Result<(Vec<Answer>, f64), DescentError> {
+pub(super) fn serial(
+    load: &Load<'_>,
+    interrupt: &AtomicBool,
+) -> Result<(Vec<Answer>, f64), ThroughputError> {
     let (mut descent, mut pairs) = (Descent::default(), Vec::new());
     let (fixed, moving) = (load.fixed.0.view(), load.moving.0.view());
     let begin = Instant::now();
@@ -77,6 +78,9 @@ pub fn serial(load: &Load<'_>) -> Result<(Vec<Answer>, f64), DescentError> {
         .poses
         .iter()
         .map(|pose| {
+            if interrupt.load(Ordering::Relaxed) {
+                return Err(ThroughputError::Interrupted);
+            }
             contacts(&mut descent, &fixed, &moving, pose, &mut pairs)?;
             Ok((pairs.len() as u32, pairs_fnv1a64(&pairs)))
         })
@@ -84,28 +88,56 @@ pub fn serial(load: &Load<'_>) -> Result<(Vec<Answer>, f64), DescentError> {
     Ok((answers?, begin.elapsed().as_secs_f64()))
 }
 
-/// One combination, its answers checked, in turn with the serial engine.
+/// The serial answers, and a run of an engine that gave the same.
+pub(super) struct Turn {
+    pub answers: Vec<Answer>,
+    pub serial_s: f64,
+    pub report: EngineReport,
+}
+
+/// Both one right after the other, so that whatever else the machine does, it does to both.
+pub(super) fn in_turn(
+    load: &Load<'_>,
+    engine: &EngineOptions,
+    interrupt: &AtomicBool,
+) -> Result<Turn, ThroughputError> {
+    let (answers, serial_s) = serial(load, interrupt)?;
+    let (report, found) = run(load, engine.clone(), interrupt)?;
+    match first_difference(&answers, &found) {
+        None => Ok(Turn { answers, serial_s, report }),
+        Some(scenario) => {
+            let EngineOptions { transport, matchmaker, .. } = *engine;
+            let workers = engine.worker_count().get();
+            Err(ThroughputError::Answers { transport, matchmaker, workers, scenario })
+        }
+    }
+}
+
+/// The first scenario that has another answer, or one too few or too many.
+fn first_difference(answers: &[Answer], found: &[Answer]) -> Option<usize> {
+    let longest = answers.len().max(found.len());
+    (0..longest).find(|&scenario| answers.get(scenario) != found.get(scenario))
+}
+
+/// One combination, its answers checked, in turn with the serial engine, until the time is over.
 pub fn measure(
     load: &Load<'_>,
     (transport, matchmaker, workers): (Transport, MatchRule, u32),
+    time: Duration,
     interrupt: &AtomicBool,
 ) -> Result<ThroughputRow, ThroughputError> {
     let count = WorkerCount::new(workers.into()).expect("a number of workers");
+    let engine =
+        EngineOptions { workers: Some(count), transport, matchmaker, ..load.engine.clone() };
     let mut best: Option<EngineReport> = None;
     let (mut serial_s, mut runs) = (f64::INFINITY, 0);
     let begin = Instant::now();
-    while runs < 2 || begin.elapsed() < load.time {
-        let (answers, seconds) = serial(load)?;
-        serial_s = serial_s.min(seconds);
-        let engine =
-            EngineOptions { workers: Some(count), transport, matchmaker, ..load.engine.clone() };
-        let (report, found) = run(load, engine, interrupt)?;
-        if let Some(scenario) = (0..answers.len()).find(|&s| found.get(s) != Some(&answers[s])) {
-            return Err(ThroughputError::Answers { transport, matchmaker, workers, scenario });
-        }
+    while runs < 2 || begin.elapsed() < time {
+        let turn = in_turn(load, &engine, interrupt)?;
+        serial_s = serial_s.min(turn.serial_s);
         runs += 1;
-        if best.as_ref().is_none_or(|best| report.scenarios_s < best.scenarios_s) {
-            best = Some(report);
+        if best.as_ref().is_none_or(|best| turn.report.scenarios_s < best.scenarios_s) {
+            best = Some(turn.report);
         }
     }
     let report = best.expect("there was a run");
@@ -157,5 +189,20 @@ impl ResultSink for Answers {
 
     fn set_aside(&mut self, scenario: u32) -> io::Result<()> {
         Err(io::Error::other(format!("every worker at scenario {scenario} has died")))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_answer_that_is_wrong_missing_or_too_many_is_found() {
+        let right = [(0, 1), (2, 3), (4, 5)];
+        assert_eq!(first_difference(&right, &right), None);
+        assert_eq!(first_difference(&right, &[(0, 1), (3, 3), (4, 5)]), Some(1), "their number");
+        assert_eq!(first_difference(&right, &[(0, 1), (2, 9), (4, 5)]), Some(1), "their hash");
+        assert_eq!(first_difference(&right, &right[..2]), Some(2));
+        assert_eq!(first_difference(&right[..2], &right), Some(2));
     }
 }

@@ -1,7 +1,10 @@
 //! Text that may be compressed.
 
 use std::borrow::Cow;
-use std::io::Read;
+use std::io::{Read, Write};
+
+use flate2::Compression;
+use flate2::write::GzEncoder;
 
 use super::{FormatError, Problem};
 
@@ -25,4 +28,11 @@ pub fn decompressed(bytes: &[u8]) -> Result<Cow<'_, [u8]>, FormatError> {
         return Err(Problem::TooLarge(problem).in_file());
     }
     Ok(text.into())
+}
+
+/// As small as it gets.
+pub fn compressed(bytes: &[u8]) -> Vec<u8> {
+    let mut encoder = GzEncoder::new(Vec::new(), Compression::best());
+    let written = encoder.write_all(bytes).and_then(|()| encoder.finish());
+    written.expect("writing to memory does not fail")
 }

@@ -7,6 +7,7 @@
 //! line, `vrml97` overflows the stack on nested groups and drops prototype instances silently.
 
 mod affine;
+pub(crate) mod base64;
 pub mod builtin;
 pub mod closed;
 mod deform;

@@ -2,9 +2,21 @@
 
 use plotters::style::Color;
 
-use super::figure::{self, Canvas, DrawError, INK, Legend, Look, Place, RADIUS, Span, WIDTH};
+use super::figure::{
+    self, Canvas, DrawError, FigureError, INK, Legend, Look, Place, RADIUS, Span, Table, WIDTH,
+    number,
+};
+
+/// Error against time, both logarithmic, and the Pareto front: no level to the left of it is as
+/// accurate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AccuracyPlot {
+    pub title: String,
+    pub marks: Vec<Mark>,
+}
 
 /// A level of accuracy.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Mark {
     pub name: String,
     pub time_us: f64,
@@ -21,13 +33,51 @@ pub const EXACT: usize = 2;
 const GAP: f64 = 0.6;
 /// Height of that band in decades.
 const BAND: f64 = 1.0;
+const TIME: &str = "processor time of a scenario, mean (us)";
+const ERROR: &str = "wrong pairs for each pair that there is";
 
-/// Error against time, both logarithmic, and the Pareto front: no level to the left of it is as
-/// accurate. An SVG file.
-pub fn error_against_time(title: &str, marks: &[Mark]) -> Result<String, DrawError> {
-    let mut svg = String::new();
-    draw(&mut svg, title, marks)?;
-    Ok(figure::as_file(&svg, title))
+impl AccuracyPlot {
+    pub const NAME: &str = "accuracy";
+
+    pub fn to_svg(&self) -> Result<String, FigureError> {
+        Ok(figure::as_file(&self.draw()?, &self.title))
+    }
+
+    /// For a page, whose text colour it takes.
+    pub fn to_inline_svg(&self) -> Result<String, FigureError> {
+        Ok(figure::within_page(&self.draw()?, &self.title))
+    }
+
+    pub fn numbers(&self) -> Table {
+        let row = |mark: &Mark| vec![mark.name.clone(), number(mark.time_us), number(mark.error)];
+        Table {
+            title: String::new(),
+            columns: ["level", TIME, ERROR].map(str::to_owned).to_vec(),
+            rows: self.marks.iter().map(row).collect(),
+        }
+    }
+
+    /// Whether it can be drawn.
+    pub fn check(&self) -> Result<(), FigureError> {
+        for (point, mark) in self.marks.iter().enumerate() {
+            let (figure, series) = (Self::NAME.to_owned(), mark.name.clone());
+            if !figure::is_usable(mark.time_us) || !figure::is_usable(mark.error) {
+                return Err(FigureError::OutOfRange { figure, series, point });
+            }
+            if mark.time_us <= 0.0 || mark.error < 0.0 {
+                return Err(FigureError::NotPositive { figure, series, point });
+            }
+        }
+        Ok(())
+    }
+
+    fn draw(&self) -> Result<String, FigureError> {
+        self.check()?;
+        let mut svg = String::new();
+        draw(&mut svg, &self.title, &self.marks)
+            .map_err(|source| FigureError::Draw { figure: Self::NAME.to_owned(), source })?;
+        Ok(svg)
+    }
 }
 
 fn draw(svg: &mut String, title: &str, marks: &[Mark]) -> Result<(), DrawError> {
@@ -36,17 +86,16 @@ fn draw(svg: &mut String, title: &str, marks: &[Mark]) -> Result<(), DrawError> 
     let high = errors().fold(f64::NEG_INFINITY, f64::max).max(0.0);
     let [bottom, zero] = [low - GAP - BAND, low - GAP - 0.5 * BAND].map(|e| 10_f64.powf(e));
     let height = |error: f64| if error > 0.0 { error } else { zero };
-    let times = || marks.iter().map(|mark| mark.time_us.log10());
-    let fastest = times().fold(f64::INFINITY, f64::min) - 0.23;
-    let slowest = times().fold(f64::NEG_INFINITY, f64::max) + 0.28;
+    let times = marks.iter().map(|mark| mark.time_us.log10());
+    let ends = times.map(|time| [time; 2]).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
+    let ends = ends.unwrap_or([0.0, 1.0]);
+    let [fastest, slowest] = [ends[0] - 0.23, ends[1] + 0.28];
 
     let canvas = Canvas::new(svg, Legend::default());
     let x = Span::of_exponents([fastest, slowest]);
     let y = Span::of_exponents([bottom.log10(), (high + GAP).max(low + 2.0)]);
-    let labels =
-        ["processor time of a scenario, mean (us)", "wrong pairs for each pair that there is"];
     let y = y.labelled_from(10_f64.powf(low - 0.1));
-    let chart = canvas.frame(title, labels, x, y)?;
+    let chart = canvas.frame(title, [TIME, ERROR], x, y)?;
     let at = |time_us: f64, error: f64| chart.backend_coord(&(time_us, height(error)));
     let [left, right] = [fastest, slowest].map(|exponent| 10_f64.powf(exponent));
     let [top, foot] = [10_f64.powf(low - GAP), bottom];
@@ -132,11 +181,23 @@ mod tests {
         assert_eq!(pareto(&marks), [1, 0]);
     }
 
+    fn plot(marks: &[Mark]) -> AccuracyPlot {
+        AccuracyPlot { title: "A scene".to_owned(), marks: marks.to_vec() }
+    }
+
     #[test]
     fn every_level_is_named_and_zero_error_has_its_band() {
-        let svg = error_against_time("A scene", &[mark(3.0, 0.0), mark(1.0, 10.0)]).unwrap();
+        let svg = plot(&[mark(3.0, 0.0), mark(1.0, 10.0)]).to_svg().unwrap();
         for words in ["A scene", "level 3", "level 1", "no error", "processor time"] {
             assert!(svg.contains(words), "{words}");
+        }
+        plot(&[]).to_svg().unwrap();
+    }
+
+    #[test]
+    fn times_and_errors_that_cannot_be_are_refused() {
+        for bad in [mark(0.0, 1.0), mark(1.0, -1.0), mark(f64::NAN, 1.0), mark(1.0, 1e300)] {
+            assert!(plot(&[bad.clone()]).to_svg().is_err(), "{bad:?}");
         }
     }
 

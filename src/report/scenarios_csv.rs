@@ -4,42 +4,127 @@
 //! byte, whatever the number of workers; times are in the summary.
 
 use std::fmt::Write as _;
-use std::fs::File;
-use std::io::{self, Write};
-use std::path::Path;
+use std::fs::{self, File};
+use std::io::{self, BufRead, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
 
-use super::output::Outputs;
+use super::output::{Outputs, partial};
 use crate::effects::layout::{ABSENT, Column, Kind};
 use crate::scheduler::client_manager::ScenarioResult;
 
 /// What every header begins with.
 pub(super) const HEADER: &str = "scenario,colliding";
 
+/// What is said of a scenario, as far as totals need it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Earlier {
+    pub scenarios: u32,
+    pub colliding: u32,
+    pub pairs: u64,
+}
+
 /// Each row goes to the file by itself, without a buffer: what was answered is kept, however the
 /// run ends.
 pub(super) struct ScenariosCsv {
+    path: PathBuf,
     file: File,
     overlap_only: bool,
     row: String,
+    /// Where the row of each scenario begins, in the order of the file; only of a run that goes on,
+    /// whose rows may have to be put in order.
+    rows: Option<Vec<(u32, u64)>>,
     /// Bytes of whole rows.
     whole: u64,
 }
 
+/// With its line end.
+fn header(outputs: &Outputs) -> String {
+    let mut header = HEADER.to_owned();
+    if !outputs.overlap_only {
+        header += ",pairs,pairs_fnv1a64";
+    }
+    for column in outputs.layout.columns() {
+        header += ",";
+        header += column.name;
+    }
+    header + "\n"
+}
+
 impl ScenariosCsv {
     pub(super) fn create(path: &Path, outputs: &Outputs) -> io::Result<Self> {
-        let mut header = HEADER.to_owned();
-        if !outputs.overlap_only {
-            header += ",pairs,pairs_fnv1a64";
-        }
-        for column in outputs.layout.columns() {
-            header += ",";
-            header += column.name;
-        }
-        header += "\n";
+        let header = header(outputs);
         let mut file = File::create(path)?;
         file.write_all(header.as_bytes())?;
-        let (overlap_only, whole) = (outputs.overlap_only, header.len() as u64);
-        Ok(Self { file, overlap_only, row: String::new(), whole })
+        let (path, overlap_only) = (path.to_owned(), outputs.overlap_only);
+        let whole = header.len() as u64;
+        Ok(Self { path, file, overlap_only, row: String::new(), rows: None, whole })
+    }
+
+    /// What an earlier run left, without a last row that it had not written to its end.
+    pub(super) fn reopen(
+        path: &Path,
+        outputs: &Outputs,
+        count: usize,
+    ) -> io::Result<(Self, Earlier)> {
+        let mut file = File::options().read(true).write(true).open(path)?;
+        let header = header(outputs);
+        let mut lines = BufReader::new(&file);
+        let mut line = Vec::new();
+        lines.by_ref().take(1 << 20).read_until(b'\n', &mut line)?;
+        if line != header.as_bytes() {
+            return Err(bad_row(1, "its header is not that of this run"));
+        }
+        let (mut earlier, mut rows) = (Earlier::default(), Vec::new());
+        let (mut whole, mut seen) = (line.len() as u64, vec![false; count]);
+        let fields = header.split(',').count();
+        for number in 2.. {
+            line.clear();
+            lines.by_ref().take(1 << 20).read_until(b'\n', &mut line)?;
+            if line.last() != Some(&b'\n') {
+                break;
+            }
+            let row = Row::parse(&line, fields, outputs.overlap_only);
+            let row = row.ok_or_else(|| bad_row(number, "it is not a row of this run"))?;
+            let seen = seen.get_mut(row.scenario as usize);
+            if seen.is_none_or(|seen| std::mem::replace(seen, true)) {
+                return Err(bad_row(number, "there is no such scenario, or it was there before"));
+            }
+            earlier.scenarios += 1;
+            earlier.colliding += u32::from(row.colliding);
+            earlier.pairs += row.pairs;
+            rows.push((row.scenario, whole));
+            whole += line.len() as u64;
+        }
+        file.set_len(whole)?;
+        file.seek(SeekFrom::Start(whole))?;
+        let (path, overlap_only) = (path.to_owned(), outputs.overlap_only);
+        let rows = Some(rows);
+        Ok((Self { path, file, overlap_only, row: String::new(), rows, whole }, earlier))
+    }
+
+    /// Of a file that was reopened: the scenarios that have a row.
+    pub(super) fn scenarios(&self) -> impl Iterator<Item = u32> {
+        self.rows.iter().flatten().map(|&(scenario, _)| scenario)
+    }
+
+    /// Puts the rows in the order of scenarios, where a run went on before the end of another.
+    pub(super) fn put_in_order(&mut self) -> io::Result<()> {
+        let Some(rows) = self.rows.take().filter(|rows| !rows.is_sorted()) else { return Ok(()) };
+        let ends = rows.iter().skip(1).map(|&(_, at)| at).chain([self.whole]);
+        let mut spans: Vec<_> = rows.iter().zip(ends).map(|(&(n, at), end)| (n, at, end)).collect();
+        let first = rows.first().map_or(self.whole, |&(_, at)| at);
+        spans.push((0, 0, first));
+        spans.sort_by_key(|&(scenario, at, _)| (at > 0, scenario));
+        let mut reader = BufReader::new(File::open(&self.path)?);
+        let mut sorted = BufWriter::new(File::create(partial(&self.path))?);
+        let mut position = 0;
+        for (_, at, end) in spans {
+            reader.seek_relative(at as i64 - position as i64)?;
+            io::copy(&mut reader.by_ref().take(end - at), &mut sorted)?;
+            position = end;
+        }
+        sorted.into_inner().map_err(io::IntoInnerError::into_error)?.sync_all()?;
+        fs::rename(partial(&self.path), &self.path)
     }
 
     /// After a failure the file ends with the last whole row.
@@ -54,6 +139,9 @@ impl ScenariosCsv {
             // Not even that may work; the first error is the one to tell.
             let _ = self.file.set_len(self.whole);
             return Err(error);
+        }
+        if let Some(rows) = &mut self.rows {
+            rows.push((result.scenario, self.whole));
         }
         self.whole += self.row.len() as u64;
         Ok(())
@@ -81,4 +169,34 @@ impl ScenariosCsv {
         row.push('\n');
         Ok(())
     }
+}
+
+/// What totals and order need of a row.
+struct Row {
+    scenario: u32,
+    colliding: bool,
+    pairs: u64,
+}
+
+impl Row {
+    fn parse(line: &[u8], fields: usize, overlap_only: bool) -> Option<Self> {
+        let line = str::from_utf8(line).ok()?;
+        if line.split(',').count() != fields {
+            return None;
+        }
+        let mut values = line.trim_end().split(',');
+        let scenario = values.next()?.parse().ok()?;
+        let colliding = match values.next()? {
+            "0" => false,
+            "1" => true,
+            _ => return None,
+        };
+        let pairs =
+            if overlap_only { u64::from(colliding) } else { values.next()?.parse().ok()? };
+        (colliding == (pairs > 0)).then_some(Self { scenario, colliding, pairs })
+    }
+}
+
+fn bad_row(line: usize, what: &str) -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidData, format!("line {line}: {what}"))
 }

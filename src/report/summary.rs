@@ -24,6 +24,9 @@ pub struct Summary {
     /// Answered scenarios.
     pub scenarios: u32,
     pub scenarios_asked: usize,
+    /// Those of them that an earlier run had answered, of which there are no times here.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub answered_before: u32,
     /// Scenarios with at least one pair.
     pub colliding: u32,
     /// Pairs of triangles that touch, over all scenarios; with `boxes(D)`, pairs of boxes.
@@ -163,8 +166,9 @@ impl Summary {
             versions: Versions::this(),
             interrupted: engine.interrupted,
             accuracy: scene.accuracy,
-            scenarios: engine.completed,
+            scenarios: tally.earlier() + engine.completed,
             scenarios_asked,
+            answered_before: tally.earlier(),
             colliding: tally.colliding,
             pairs: tally.pairs,
             set_aside: engine.set_aside,
@@ -253,6 +257,10 @@ impl From<&Scenarios> for ScenariosSummary {
             }
         }
     }
+}
+
+fn is_zero(count: &u32) -> bool {
+    *count == 0
 }
 
 fn is_origin(offset: &Point) -> bool {

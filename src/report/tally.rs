@@ -1,5 +1,6 @@
 //! Running totals of results.
 
+use super::Earlier;
 use crate::effects::layout::Layout;
 use crate::scheduler::client_manager::ScenarioResult;
 
@@ -7,6 +8,8 @@ use crate::scheduler::client_manager::ScenarioResult;
 pub struct Tally {
     pub colliding: u32,
     pub pairs: u64,
+    /// Scenarios that an earlier run answered, of which nothing else is known.
+    earlier: u32,
     /// Nanoseconds, one entry a scenario.
     compute_ns: Vec<u64>,
     layout: Layout,
@@ -35,6 +38,8 @@ pub struct ComputeTimes {
     pub median: f64,
     pub p99: f64,
     pub max: f64,
+    /// At 0, 10, ..., 100 % of the scenarios.
+    pub deciles: [f64; 11],
 }
 
 impl Tally {
@@ -62,6 +67,17 @@ impl Tally {
         [first].into_iter().chain(others).collect()
     }
 
+    /// What a run had answered before this one goes on with it.
+    pub fn add_earlier(&mut self, earlier: Earlier) {
+        self.earlier += earlier.scenarios;
+        self.colliding += earlier.colliding;
+        self.pairs += earlier.pairs;
+    }
+
+    pub fn earlier(&self) -> u32 {
+        self.earlier
+    }
+
     pub fn add(&mut self, result: &ScenarioResult<'_>) {
         for (sums, cost) in self.steps.iter_mut().zip(result.effects.costs()) {
             sums.0 += u32::from(cost.ns > 0);
@@ -85,6 +101,7 @@ impl Tally {
             median: quantile(50),
             p99: quantile(99),
             max: quantile(100),
+            deciles: std::array::from_fn(|tenths| quantile(10 * tenths)),
         }
     }
 }

@@ -26,6 +26,7 @@ pub struct EngineOptions {
     pub start_from: Option<StartFrom>,
     /// Of subtrees that are sent.
     pub compress: Compression,
+    pub subtrees_from: SubtreesFrom,
     /// How often another worker is started in the place of one that died.
     pub restarts: u32,
     /// A worker that answers nothing for so long is ended.
@@ -37,12 +38,13 @@ pub struct EngineOptions {
 impl EngineOptions {
     /// Whether what is asked of subtrees that are sent is asked where they are.
     pub fn check(&self) -> Result<(), NothingSent> {
-        let asked = (self.compress != Compression::None).then_some(NothingSent {
-            option: "compress",
-            value: self.compress.name(),
-            transport: self.transport.name(),
-        });
-        asked.filter(|_| self.transport.has_geometry_in_place()).map_or(Ok(()), Err)
+        let refused =
+            |option, value| NothingSent { option, value, transport: self.transport.name() };
+        match (self.transport.has_geometry_in_place(), self.compress, self.subtrees_from) {
+            (false, ..) | (true, Compression::None, SubtreesFrom::Master) => Ok(()),
+            (true, Compression::None, from) => Err(refused("subtrees_from", from.name())),
+            (true, compress, _) => Err(refused("compress", compress.name())),
+        }
     }
 
     /// As many as were asked for, or as there are cores.
@@ -75,6 +77,7 @@ impl Default for EngineOptions {
             buffer_kilobytes: None,
             start_from: None,
             compress: Compression::None,
+            subtrees_from: SubtreesFrom::Master,
             restarts: 5,
             patience: Duration::from_secs(60),
             slowdowns: Vec::new(),
@@ -174,6 +177,29 @@ impl Compression {
     }
 }
 
+/// From whom a worker gets a subtree that it lacks (section 8 of the paper).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SubtreesFrom {
+    /// Always from the master
+    #[default]
+    Master,
+    /// From another worker that has it, if there is one
+    Workers,
+}
+
+impl SubtreesFrom {
+    pub const ALL: [Self; 2] = [Self::Master, Self::Workers];
+
+    /// In scene files, on the command line, and in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Master => "master",
+            Self::Workers => "workers",
+        }
+    }
+}
+
 /// Where a worker starts a scenario's descent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -250,6 +276,9 @@ mod tests {
             assert_eq!(written(serde_json::to_value(value).unwrap()), value.name());
         }
         for value in Compression::ALL {
+            assert_eq!(written(serde_json::to_value(value).unwrap()), value.name());
+        }
+        for value in SubtreesFrom::ALL {
             assert_eq!(written(serde_json::to_value(value).unwrap()), value.name());
         }
     }

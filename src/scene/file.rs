@@ -4,7 +4,8 @@ use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
-pub(super) use toml::Spanned;
+use serde::de::DeserializeOwned;
+pub(crate) use toml::Spanned;
 
 use super::body::BodyFile;
 use super::effects::{EffectsFile, MotionFile};
@@ -12,7 +13,7 @@ use super::random::RandomScenarios;
 use super::values::{buffer_kilobytes, buffer_scenarios, patience, positive, restarts};
 use super::{
     Body, Compression, Distribution, EngineOptions, MatchRule, Penetration, Scenarios, Scene,
-    SceneError, Slowdown, StartFrom, Transport, WorkerCount,
+    SceneError, Slowdown, StartFrom, SubtreesFrom, Transport, WorkerCount,
 };
 use crate::geometry::Point;
 use crate::mesh::MeshSource;
@@ -48,13 +49,13 @@ struct SceneFile {
 
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct TreeFile {
-    kind: Option<TreeKind>,
+pub(crate) struct TreeFile {
+    pub kind: Option<TreeKind>,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct ScenariosFile {
+pub(crate) struct ScenariosFile {
     random: Option<RandomFile>,
     poses: Option<PathBuf>,
     first: Option<Spanned<i64>>,
@@ -70,25 +71,26 @@ struct RandomFile {
 
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct EngineFile {
-    workers: Option<Spanned<i64>>,
-    transport: Option<Transport>,
-    matchmaker: Option<MatchRule>,
+pub(crate) struct EngineFile {
+    pub workers: Option<Spanned<i64>>,
+    pub transport: Option<Transport>,
+    pub matchmaker: Option<Spanned<MatchRule>>,
     match_seed: Option<Spanned<i64>>,
     #[serde(default)]
-    buffer: BufferFile,
+    pub buffer: BufferFile,
     start_from: Option<StartFrom>,
     compress: Option<Compression>,
+    subtrees_from: Option<SubtreesFrom>,
     restarts: Option<Spanned<i64>>,
     patience_s: Option<Spanned<f64>>,
     #[serde(default)]
-    slowdowns: Vec<Spanned<f64>>,
+    pub slowdowns: Vec<Spanned<f64>>,
 }
 
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct BufferFile {
-    scenarios: Option<Spanned<i64>>,
+pub(crate) struct BufferFile {
+    pub scenarios: Option<Spanned<i64>>,
     kilobytes: Option<Spanned<i64>>,
 }
 
@@ -110,8 +112,7 @@ impl Scene {
     /// `name` stands for the file in errors; paths in the text are relative to `folder`.
     pub fn parse(text: &str, name: &str, folder: &Path) -> Result<Self, SceneError> {
         let source = Source { text, name, folder };
-        source.check_version()?;
-        let file = toml::from_str::<SceneFile>(text).map_err(|e| source.syntax_error(&e))?;
+        let file: SceneFile = source.read()?;
         Ok(Self {
             fixed: source.body("fixed", &file.fixed, Distribution::FIXED)?,
             moving: source.body("moving", &file.moving, Distribution::MOVING)?,
@@ -129,14 +130,22 @@ impl Scene {
     }
 }
 
-/// The text that a scene is made from, to say where in it something is wrong.
-pub(super) struct Source<'a> {
-    text: &'a str,
-    name: &'a str,
-    folder: &'a Path,
+/// The text that a scene (or an experiment) is made from, to say where in it something is wrong.
+pub(crate) struct Source<'a> {
+    pub text: &'a str,
+    /// Stands for the file in errors.
+    pub name: &'a str,
+    /// Paths in the text are relative to it.
+    pub folder: &'a Path,
 }
 
 impl Source<'_> {
+    /// As written: types and keys are checked, values are not.
+    pub(crate) fn read<T: DeserializeOwned>(&self) -> Result<T, SceneError> {
+        self.check_version()?;
+        toml::from_str(self.text).map_err(|e| self.syntax_error(&e))
+    }
+
     /// Checked before anything else: a file of another version may have other keys.
     fn check_version(&self) -> Result<(), SceneError> {
         let file = toml::from_str::<AnyVersion>(self.text).map_err(|e| self.syntax_error(&e))?;
@@ -147,7 +156,7 @@ impl Source<'_> {
             return Ok(());
         }
         let reason = format!(
-            "{} is not a version of scene files that this bumper knows: it reads version {VERSION}",
+            "{} is not a version of this file that this bumper knows: it reads version {VERSION}",
             version.get_ref()
         );
         Err(self.invalid(version.span().start, "version", reason))
@@ -187,7 +196,7 @@ impl Source<'_> {
         }
     }
 
-    fn scenarios(&self, file: &Spanned<ScenariosFile>) -> Result<Scenarios, SceneError> {
+    pub(crate) fn scenarios(&self, file: &Spanned<ScenariosFile>) -> Result<Scenarios, SceneError> {
         let ScenariosFile { random, poses, first } = file.get_ref();
         match (random, poses) {
             (Some(random), None) => match first {
@@ -227,15 +236,15 @@ impl Source<'_> {
         Ok(RandomScenarios { count, seed, penetration })
     }
 
-    fn engine(&self, file: &EngineFile) -> Result<EngineOptions, SceneError> {
+    pub(crate) fn engine(&self, file: &EngineFile) -> Result<EngineOptions, SceneError> {
         let workers = self.checked(file.workers.as_ref(), "engine.workers", None, |n| {
             WorkerCount::new(n).map(Some)
         })?;
         let default = EngineOptions::default();
-        let (transport, matchmaker) = (file.transport, file.matchmaker);
+        let matchmaker = file.matchmaker.as_ref().map(|rule| *rule.get_ref());
         Ok(EngineOptions {
             workers,
-            transport: transport.unwrap_or(default.transport),
+            transport: file.transport.unwrap_or(default.transport),
             matchmaker: matchmaker.unwrap_or(default.matchmaker),
             match_seed: self.checked(
                 file.match_seed.as_ref(),
@@ -257,6 +266,7 @@ impl Source<'_> {
             )?,
             start_from: file.start_from,
             compress: file.compress.unwrap_or(default.compress),
+            subtrees_from: file.subtrees_from.unwrap_or(default.subtrees_from),
             restarts: self.checked(
                 file.restarts.as_ref(),
                 "engine.restarts",
@@ -281,14 +291,14 @@ impl Source<'_> {
         factors.iter().map(one).collect()
     }
 
-    fn resolve_mesh(&self, mesh: MeshSource) -> MeshSource {
+    pub(crate) fn resolve_mesh(&self, mesh: MeshSource) -> MeshSource {
         match mesh {
             MeshSource::File(path) => MeshSource::File(self.folder.join(path)),
             builtin @ MeshSource::Builtin(_) => builtin,
         }
     }
 
-    pub(super) fn checked<T: Copy, V, E: Display>(
+    pub(crate) fn checked<T: Copy, V, E: Display>(
         &self,
         value: Option<&Spanned<T>>,
         key: &str,
@@ -301,7 +311,7 @@ impl Source<'_> {
         }
     }
 
-    pub(super) fn wrong<T>(
+    pub(crate) fn wrong<T>(
         &self,
         value: &Spanned<T>,
         key: &str,
@@ -320,7 +330,7 @@ impl Source<'_> {
         self.invalid(error.span().map_or(0, |span| span.start), &key, reason)
     }
 
-    pub(super) fn invalid(&self, offset: usize, key: &str, reason: impl Display) -> SceneError {
+    pub(crate) fn invalid(&self, offset: usize, key: &str, reason: impl Display) -> SceneError {
         let before = &self.text.as_bytes()[..offset.min(self.text.len())];
         SceneError::Invalid {
             file: self.name.to_owned(),

@@ -12,10 +12,12 @@ mod values;
 mod written;
 
 pub use engine::{
-    Compression, EngineOptions, MatchRule, NothingSent, Slowdown, StartFrom, Transport,
+    Compression, EngineOptions, MatchRule, NothingSent, Slowdown, StartFrom, SubtreesFrom,
+    Transport,
 };
 pub use error::{PosesError, SceneError};
 pub use file::DEFAULT_SCENE;
+pub(crate) use file::{EngineFile, ScenariosFile, Source, Spanned, TreeFile};
 pub use poses::read_poses;
 pub use values::{
     Distribution, OutOfRange, Penetration, WorkerCount, buffer_kilobytes, buffer_scenarios,

@@ -33,6 +33,38 @@ impl Scene {
     }
 }
 
+impl Scene {
+    /// The first key in which what the two ask differs; not how it is computed, which changes no
+    /// answer.
+    pub fn difference(&self, other: &Self) -> Result<Option<String>, Unwritable> {
+        let asked = |scene: &Self| -> Result<Value, Unwritable> {
+            let mut table: Table = toml::from_str(&scene.to_toml()?).expect("it was just written");
+            table.remove("engine");
+            for body in ["fixed", "moving"] {
+                inner(&mut table, body)
+                    .retain(|key, _| key != "depth" && key != "subtree_triangles");
+            }
+            Ok(table.into())
+        };
+        Ok(first_difference(&asked(self)?, &asked(other)?))
+    }
+}
+
+/// Its dotted key; empty for the values themselves.
+fn first_difference(one: &Value, other: &Value) -> Option<String> {
+    let (Value::Table(one), Value::Table(other)) = (one, other) else {
+        return (one != other).then(String::new);
+    };
+    let keys = one.keys().chain(other.keys().filter(|key| !one.contains_key(*key)));
+    keys.into_iter().find_map(|key| match (one.get(key), other.get(key)) {
+        (Some(one), Some(other)) => {
+            let below = first_difference(one, other)?;
+            Some(if below.is_empty() { key.clone() } else { format!("{key}.{below}") })
+        }
+        _ => Some(key.clone()),
+    })
+}
+
 /// The table in it, which is made where there is none.
 fn inner<'a>(table: &'a mut Table, key: &str) -> &'a mut Table {
     let value = table.entry(key).or_insert_with(|| Table::new().into());

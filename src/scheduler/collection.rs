@@ -5,9 +5,12 @@ use super::local_client::Unexpected;
 use super::result_order::ResultOrder;
 use crate::effects::contacts::pairs_fnv1a64;
 use crate::effects::layout::{Layout, NotLaidOut};
+use crate::transport::peer::PeerName;
 use crate::tree::TreeView;
 use crate::tree::descent::Pair;
-use crate::wire::{AnswerRecord, AnswerStatus, CostRecord, Reply, TreeRecord, Wanted, WireError};
+use crate::wire::{
+    AnswerRecord, AnswerStatus, CostRecord, Reply, SubtreeRecord, TreeRecord, Wanted, WireError,
+};
 
 /// What came of one scenario.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -37,6 +40,8 @@ pub enum BadReply {
     Unexpected(#[from] Unexpected),
     #[error("it sees another tree {0} than it was given")]
     Tree(u32),
+    #[error("it speaks of tree {0}, which is not of this run")]
+    UnknownTree(u32),
     #[error("the pairs of scenario {0} do not come one after the other and all")]
     Pairs(u32),
     #[error("the pairs of scenario {0} are not in order, or not of the meshes' triangles")]
@@ -54,7 +59,17 @@ pub enum BadReply {
 pub enum Said {
     Ready,
     Tree,
-    Answers,
+    /// To this task, and so there is everything that came before it.
+    Answers {
+        task: u64,
+    },
+    /// Other workers can fetch subtrees from it.
+    Serves(PeerName),
+    /// The master has to send the subtree: of the fixed tree (0) or of the moving one (1).
+    NotFetched {
+        tree: usize,
+        root: u32,
+    },
 }
 
 /// What the master knows of a tree.
@@ -120,6 +135,11 @@ impl Collection {
                     }
                 }
             }
+            Reply::Serves(name) => Ok(Said::Serves(name)),
+            Reply::NotFetched(SubtreeRecord { tree, root }) => {
+                let side = self.trees.iter().position(|known| known.number == tree);
+                Ok(Said::NotFetched { tree: side.ok_or(BadReply::UnknownTree(tree))?, root })
+            }
             Reply::Answers { task, last, answers, costs, mut words } => {
                 for (index, record) in answers.iter().enumerate() {
                     let (here, rest) = words.split_at(record.words_here as usize);
@@ -130,7 +150,7 @@ impl Collection {
                 if last {
                     assignment.clients[client].end_task(task)?;
                 }
-                Ok(Said::Answers)
+                Ok(Said::Answers { task })
             }
         }
     }

@@ -1,4 +1,4 @@
-use crate::scene::{Compression, MatchRule, StartFrom};
+use crate::scene::{Compression, MatchRule, StartFrom, SubtreesFrom};
 
 /// Times in seconds.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -62,6 +62,11 @@ pub struct TransferReport {
     pub bytes_plain: u64,
     /// And as they are sent.
     pub bytes_packed: u64,
+    pub subtrees_from: SubtreesFrom,
+    /// Bytes of subtrees that workers had from each other.
+    pub bytes_from_workers: u64,
+    /// Subtrees that another worker was to give and did not: the master has sent them.
+    pub not_fetched: u32,
 }
 
 impl TransferReport {
@@ -70,6 +75,8 @@ impl TransferReport {
             compress_s: self.compress_s + then.compress_s,
             bytes_plain: self.bytes_plain + then.bytes_plain,
             bytes_packed: self.bytes_packed + then.bytes_packed,
+            bytes_from_workers: self.bytes_from_workers + then.bytes_from_workers,
+            not_fetched: self.not_fetched + then.not_fetched,
             ..*then
         }
     }
@@ -118,6 +125,7 @@ impl WorkerReport {
             batches: self.batches + then.batches,
             compute_s: self.compute_s + then.compute_s,
             geometry_bytes_copied: self.geometry_bytes_copied + then.geometry_bytes_copied,
+            bytes_from_workers: self.bytes_from_workers + then.bytes_from_workers,
             message_bytes: self.message_bytes + then.message_bytes,
             died: self.died || then.died,
             restarts: self.restarts + then.restarts,
@@ -130,8 +138,10 @@ pub struct WorkerReport {
     pub scenarios: u32,
     pub batches: u32,
     pub compute_s: f64,
-    /// Bytes of subtrees sent to it: 0 where they are used in place.
+    /// Bytes of subtrees that the master has sent to it: 0 where they are used in place.
     pub geometry_bytes_copied: u64,
+    /// Bytes of subtrees that it has had from other workers.
+    pub bytes_from_workers: u64,
     /// Bytes of all messages to and from it.
     pub message_bytes: u64,
     pub died: bool,

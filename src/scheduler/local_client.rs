@@ -69,6 +69,8 @@ pub enum Unexpected {
     Unanswered { task: u64, scenario: u32 },
     #[error("it says for the second time that it is ready")]
     Ready,
+    #[error("it says that it could not fetch subtree {root} of tree {tree}, and was not told to")]
+    NotFetched { tree: usize, root: u32 },
 }
 
 #[derive(Debug)]

@@ -9,6 +9,7 @@
 //! | [`node`] | memory of one worker, or of all workers of a machine, and what is in it |
 //! | [`matchmaker`] | picks a client for a scenario |
 //! | [`local_client`] | what one worker was given and has not answered |
+//! | [`sources`] | where a worker gets a subtree that it lacks |
 //! | [`assignment`] | all of them together, and what nobody has been given yet |
 //! | [`launch`] | how a worker comes to life: as a process, or as a thread |
 //! | [`ranks`] | workers on several machines, each of which has one copy of what it needs |
@@ -27,5 +28,6 @@ mod memory;
 pub mod node;
 pub mod ranks;
 pub mod result_order;
+pub mod sources;
 mod worker_process;
 mod worker_thread;

@@ -49,6 +49,7 @@ pub mod descriptors;
 mod message;
 #[cfg(feature = "mpi")]
 pub mod mpi;
+pub mod peer;
 pub mod ranks;
 pub mod shared_memory;
 pub mod stream;

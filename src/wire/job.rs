@@ -2,13 +2,14 @@
 //!
 //! The paper's message types (section 6.4.4): adding and removing trees, scenarios, terminating. A
 //! scenario batch is the whole task, so its end needs no message of its own. Where geometry is in
-//! place, a tree is added by the mesh that it is; elsewhere its subtrees follow as they are needed.
+//! place, a tree is added by the mesh that it is; elsewhere its subtrees follow as they are needed, or
+//! the name of another worker that has them.
 
 use bytemuck::{Pod, Zeroable};
 
 use super::accuracy::{decode, encode};
 use super::{
-    VERSION, Wanted, WireError, ascending, flag, records, split_header, split_records, zero,
+    Fetch, VERSION, Wanted, WireError, ascending, flag, records, split_header, split_records, zero,
 };
 use crate::geometry::Pose;
 use crate::tree::roots::RootPair;
@@ -20,7 +21,9 @@ const ADD_TREE: u16 = 3;
 const ADD_SUBTREE: u16 = 4;
 const REMOVE_TREE: u16 = 5;
 const PLAN: u16 = 6;
-const ELSEWHERE: u16 = 8;
+const SERVE: u16 = 7;
+const FETCH_SUBTREE: u16 = 8;
+const ELSEWHERE: u16 = 9;
 
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -108,6 +111,16 @@ impl JobHeader {
         Self { trees: [tree, 0], ..Self::of_kind(ADD_SUBTREE) }
     }
 
+    /// Of a message that tells a worker to let others fetch subtrees from it.
+    pub fn serve() -> Self {
+        Self::of_kind(SERVE)
+    }
+
+    /// Of a message whose body is a [`Fetch`].
+    pub fn fetch_subtree(tree: u32) -> Self {
+        Self { trees: [tree, 0], ..Self::of_kind(FETCH_SUBTREE) }
+    }
+
     pub fn remove_tree(tree: u32) -> Self {
         Self { trees: [tree, 0], ..Self::of_kind(REMOVE_TREE) }
     }
@@ -139,6 +152,13 @@ pub enum Job<'a> {
         tree: u32,
         body: &'a [u8],
     },
+    /// The subtree is to be fetched from another worker.
+    FetchSubtree {
+        tree: u32,
+        fetch: Fetch,
+    },
+    /// Others may fetch subtrees.
+    Serve,
     RemoveTree {
         tree: u32,
     },
@@ -221,10 +241,12 @@ impl<'a> Job<'a> {
                 zero("tree", tree)?;
                 only_tree(header).map(|()| Self::Elsewhere { body })
             }
-            TERMINATE => zero("tree", tree)
-                .and_then(|()| only_tree(header))
-                .and_then(|()| without_body(body))
-                .map(|()| Self::Terminate),
+            FETCH_SUBTREE => {
+                only_tree(header)?;
+                Ok(Self::FetchSubtree { tree, fetch: Fetch::parse(body)? })
+            }
+            SERVE => header_alone(header, body).map(|()| Self::Serve),
+            TERMINATE => header_alone(header, body).map(|()| Self::Terminate),
             kind => Err(WireError::Kind(kind)),
         }
     }
@@ -245,6 +267,12 @@ fn only_tree(header: &JobHeader) -> Result<(), WireError> {
     zero("from_roots", from_roots)?;
     zero("send_pairs", send_pairs)?;
     zero("send_costs", send_costs)
+}
+
+fn header_alone(header: &JobHeader, body: &[u8]) -> Result<(), WireError> {
+    zero("tree", header.trees[0])?;
+    only_tree(header)?;
+    without_body(body)
 }
 
 fn without_body(body: &[u8]) -> Result<(), WireError> {

@@ -8,17 +8,21 @@
 mod accuracy;
 mod in_place;
 mod job;
+mod peer;
 mod plan;
 mod reply;
 
 pub use in_place::{InPlaceTree, published_at, place_of};
 pub use job::{Batch, Job, JobHeader, ScenarioRecord};
+pub use peer::{Fetch, SubtreeRequest, SubtreeResponse};
 pub use plan::PlanMessage;
-pub use reply::{AnswerRecord, AnswerStatus, CostRecord, Reply, ReplyHeader, TreeRecord};
+pub use reply::{
+    AnswerRecord, AnswerStatus, CostRecord, Reply, ReplyHeader, SubtreeRecord, TreeRecord,
+};
 
 use crate::tree::Accuracy;
 
-const VERSION: u16 = 4;
+const VERSION: u16 = 5;
 
 /// What is asked of each scenario, and what answers carry beside the number of pairs and their hash.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -3,12 +3,15 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::{VERSION, WireError, ascending, flag, records, split_header, split_records, zero};
+use crate::transport::peer::PeerName;
 use crate::tree::Counts;
 
 const MAGIC: u32 = u32::from_le_bytes(*b"bANS");
 const READY: u16 = 1;
 const ANSWERS: u16 = 2;
 const TREE: u16 = 3;
+const SERVES: u16 = 4;
+const NOT_FETCHED: u16 = 5;
 
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -41,6 +44,14 @@ impl TreeRecord {
     pub fn new(tree: u32, hash: u64) -> Self {
         Self { tree, reserved: 0, hash }
     }
+}
+
+/// A subtree that a worker could not fetch.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+pub struct SubtreeRecord {
+    pub tree: u32,
+    pub root: u32,
 }
 
 /// The answer to one scenario, or, if its words do not fit into one message, a part of it.
@@ -79,6 +90,7 @@ pub struct CostRecord {
 const _: () = assert!(size_of::<CostRecord>() == 32 && align_of::<CostRecord>() == 8);
 const _: () = assert!(size_of::<ReplyHeader>() == 32 && align_of::<ReplyHeader>() == 8);
 const _: () = assert!(size_of::<TreeRecord>() == 16 && align_of::<TreeRecord>() == 8);
+const _: () = assert!(size_of::<SubtreeRecord>() == 8);
 const _: () = assert!(size_of::<AnswerRecord>() == 48 && align_of::<AnswerRecord>() == 8);
 
 const ANSWERED: u32 = 0;
@@ -146,6 +158,16 @@ impl ReplyHeader {
         Self { kind: TREE, ..Self::ready() }
     }
 
+    /// Of a message with the bytes of a [`PeerName`].
+    pub fn serves() -> Self {
+        Self { kind: SERVES, ..Self::ready() }
+    }
+
+    /// Of a message with one [`SubtreeRecord`].
+    pub fn not_fetched() -> Self {
+        Self { kind: NOT_FETCHED, ..Self::ready() }
+    }
+
     pub fn with_costs(self, costs: bool) -> Self {
         Self { costs: costs.into(), ..self }
     }
@@ -157,6 +179,10 @@ pub enum Reply<'a> {
     Ready,
     /// It has taken a tree.
     Tree(TreeRecord),
+    /// Others can fetch subtrees from it, by this name.
+    Serves(PeerName),
+    /// The master has to send this subtree itself.
+    NotFetched(SubtreeRecord),
     /// Scenario numbers ascend; `costs` are those of all answers, or none; `words` are those of all
     /// answers, one after the other.
     Answers {
@@ -186,6 +212,16 @@ impl<'a> Reply<'a> {
                 only_kind(header)?;
                 let record = records::<TreeRecord>(rest, 1)?[0];
                 zero("reserved word", record.reserved).map(|()| Reply::Tree(record))
+            }
+            SERVES => {
+                only_kind(header)?;
+                let bytes = records::<u8>(rest, PeerName::BYTES as u32)?;
+                let name = bytes.try_into().expect("as many as a name has");
+                Ok(Reply::Serves(PeerName::from_bytes(name)))
+            }
+            NOT_FETCHED => {
+                only_kind(header)?;
+                Ok(Reply::NotFetched(records::<SubtreeRecord>(rest, 1)?[0]))
             }
             ANSWERS => parse_answers(header, rest),
             kind => Err(WireError::Kind(kind)),
@@ -294,6 +330,27 @@ mod tests {
     }
 
     #[test]
+    fn what_a_worker_says_of_subtrees_is_read_as_it_was_written() {
+        let message = |header: ReplyHeader, rest: &[u8]| {
+            let bytes = [bytemuck::bytes_of(&header), rest].concat();
+            bytes.chunks_exact(8).map(bytemuck::pod_read_unaligned).collect::<Vec<u64>>()
+        };
+        let name = PeerName::from_bytes(std::array::from_fn(|n| 3 * n as u8));
+        let serves = message(ReplyHeader::serves(), &name.to_bytes());
+        assert_eq!(parse(&serves), Ok(Reply::Serves(name)));
+        let record = SubtreeRecord { tree: 4, root: 99 };
+        let failed = message(ReplyHeader::not_fetched(), bytemuck::bytes_of(&record));
+        assert_eq!(parse(&failed), Ok(Reply::NotFetched(record)));
+        for mut words in [serves, failed] {
+            assert!(parse(&words[..words.len() - 1]).is_err());
+            words.push(0);
+            assert!(parse(&words).is_err());
+        }
+        let busy = ReplyHeader { task: 1, ..ReplyHeader::not_fetched() };
+        assert!(parse(&message(busy, bytemuck::bytes_of(&record))).is_err());
+    }
+
+    #[test]
     fn every_truncation_and_every_extra_byte_is_refused() {
         for mut words in [good(), good_with_costs()] {
             for length in 0..words.len() * 8 {
@@ -314,7 +371,7 @@ mod tests {
         };
         assert_eq!(refused(|h| h.magic = 1), WireError::Magic(1));
         assert_eq!(refused(|h| h.version = 9), WireError::Version(9));
-        assert_eq!(refused(|h| h.kind = 4), WireError::Kind(4));
+        assert_eq!(refused(|h| h.kind = 9), WireError::Kind(9));
         assert!(matches!(refused(|h| h.kind = TREE), WireError::Field { .. }));
         assert!(matches!(refused(|h| h.kind = READY), WireError::Field { .. }));
         assert!(matches!(refused(|h| h.last = 2), WireError::Field { field: "last", .. }));

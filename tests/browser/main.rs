@@ -3,6 +3,7 @@
 mod chromium;
 mod driving;
 mod png;
+mod viewer;
 
 use chromium::Chromium;
 use serde_json::json;

@@ -14,7 +14,7 @@ fn arguments_that_make_no_sense_are_usage_errors() {
         "poses.toml",
         "version = 1\nfixed.mesh = 'a.stl'\nmoving.mesh = 'b.stl'\nscenarios.poses = 'p.csv'\n",
     );
-    let cases: [(&[&str], &[&str]); 12] = [
+    let cases: [(&[&str], &[&str]); 13] = [
         (&["run", "--workers", "0"], &["--workers", "0 is not a number of workers"]),
         (&["run", "--workers", "many"], &["--workers", "'many' is not a number"]),
         (&["run", "--count", "0"], &["--count"]),
@@ -25,6 +25,7 @@ fn arguments_that_make_no_sense_are_usage_errors() {
         (&["run", "--fixed", "builtin:tank"], &["--fixed", "tank"]),
         (&["drive"], &["drive"]),
         (&["run", "--compress", "zip"], &["--compress", "lz4"]),
+        (&["run", "--subtrees-from", "workers", "--transport", "threads"], &["subtrees_from"]),
         (&["run", "--compress", "lz4"], &["compress = lz4", "iceoryx2", "pipe or socket"]),
         (&["bench", "engine", "--over", "pipe,threads", "--compress", "lz4"], &["over threads"]),
     ];

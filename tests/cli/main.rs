@@ -6,9 +6,11 @@ mod bench;
 mod check;
 mod clean;
 mod effects;
+mod experiment;
 mod interrupt;
 mod plan;
 mod results;
+mod resume;
 mod stats;
 
 use std::collections::BTreeMap;

@@ -6,12 +6,14 @@
 
 use std::cell::RefCell;
 use std::path::Path;
+use std::time::Duration;
 
 use bumper::effects::Plan;
 use bumper::geometry::{Pose, TriangleTest};
 use bumper::hardcases::continuous::QuerySuite;
 use bumper::hardcases::{Cases, Suite};
 use bumper::mesh::{Format, TriangleMesh};
+use bumper::transport::peer::PeerName;
 use bumper::tree::descent::{Descent, Pair};
 use bumper::tree::roots::{Cut, PreAnalysis};
 use bumper::tree::subtree::{PartialTree, Subtrees, compressed};
@@ -19,8 +21,8 @@ use bumper::tree::{
     Accuracy, Block, BoxDepth, BuildOptions, Header, TreeImage, TreeKind, TreeView, build,
 };
 use bumper::wire::{
-    AnswerRecord, Batch, InPlaceTree, Job, JobHeader, PlanMessage, Reply, ReplyHeader,
-    ScenarioRecord, TreeRecord, Wanted,
+    AnswerRecord, Batch, Fetch, InPlaceTree, Job, JobHeader, PlanMessage, Reply, ReplyHeader,
+    ScenarioRecord, SubtreeRecord, TreeRecord, Wanted,
 };
 use bytemuck::Zeroable;
 
@@ -209,7 +211,8 @@ fn aligned(bytes: &[u8], use_it: impl FnOnce(&[u8]) -> bool) -> bool {
 pub fn batch(bytes: &[u8]) -> bool {
     aligned(bytes, |bytes| match Job::parse(bytes) {
         Err(_) => false,
-        Ok(Job::Terminate | Job::AddSubtree { .. } | Job::RemoveTree { .. }) => true,
+        Ok(Job::Terminate | Job::Serve) => true,
+        Ok(Job::AddSubtree { .. } | Job::RemoveTree { .. } | Job::FetchSubtree { .. }) => true,
         Ok(Job::AddTree { body, .. }) => InPlaceTree::parse(body).is_ok(),
         Ok(Job::Plan { body, .. }) => PlanMessage::parse(body).is_ok(),
         Ok(Job::Scenarios(batch)) => {
@@ -251,6 +254,8 @@ fn batch_seeds() -> Vec<Vec<u8>> {
     let deepest = BoxDepth::new(BoxDepth::MAX).expect("the deepest there is");
     let tree = |header: JobHeader, body: &[u8]| [bytemuck::bytes_of(&header), body].concat();
     let place = InPlaceTree { mesh: 3, cut: Cut::Depth(6) };
+    let peer = PeerName::from_bytes([9; PeerName::BYTES]);
+    let fetch = Fetch { root: 5, peer, patience: Duration::from_millis(500) };
     vec![
         batch(&[], 0),
         batch(&[3], 0),
@@ -263,6 +268,8 @@ fn batch_seeds() -> Vec<Vec<u8>> {
         tree(JobHeader::remove_tree(2), &[]),
         tree(JobHeader::plan(2), &PlanMessage { plan: Plan::default(), parts: vec![] }.to_bytes()),
         tree(JobHeader::terminate(), &[]),
+        tree(JobHeader::serve(), &[]),
+        tree(JobHeader::fetch_subtree(2), &fetch.to_bytes()),
     ]
 }
 
@@ -270,7 +277,7 @@ fn batch_seeds() -> Vec<Vec<u8>> {
 pub fn result(bytes: &[u8]) -> bool {
     aligned(bytes, |bytes| match Reply::parse(bytes) {
         Err(_) => false,
-        Ok(Reply::Ready | Reply::Tree(_)) => true,
+        Ok(Reply::Ready | Reply::Tree(_) | Reply::Serves(_) | Reply::NotFetched(_)) => true,
         Ok(Reply::Answers { answers, words, .. }) => {
             let carried: usize = answers.iter().map(|a| a.words_here as usize).sum();
             assert_eq!(carried, words.len());
@@ -284,6 +291,7 @@ pub fn result(bytes: &[u8]) -> bool {
 fn result_seeds() -> Vec<Vec<u8>> {
     let ready = ReplyHeader::ready();
     let tree = TreeRecord::new(5, 6);
+    let lacking = SubtreeRecord { tree: 5, root: 6 };
     let mut whole = AnswerRecord::answered(10, 2, 77, 5);
     (whole.words, whole.words_here) = (2, 2);
     let mut part = AnswerRecord::answered(11, 9, 88, 6);
@@ -295,6 +303,8 @@ fn result_seeds() -> Vec<Vec<u8>> {
     vec![
         bytemuck::bytes_of(&ready).to_vec(),
         [bytemuck::bytes_of(&ReplyHeader::tree()), bytemuck::bytes_of(&tree)].concat(),
+        [bytemuck::bytes_of(&ReplyHeader::serves()), &[9; PeerName::BYTES]].concat(),
+        [bytemuck::bytes_of(&ReplyHeader::not_fetched()), bytemuck::bytes_of(&lacking)].concat(),
         [header, bytemuck::cast_slice(&answers), bytemuck::cast_slice(&pairs)].concat(),
     ]
 }

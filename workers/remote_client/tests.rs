@@ -35,7 +35,7 @@ impl TreeStore<Loopback> for OneTree {
         Ok(self.0.view().hash())
     }
 
-    fn add_subtree(&mut self, tree: u32, _: &[u8]) -> Result<(), WorkerError> {
+    fn add_subtree(&mut self, tree: u32, _: &[u8]) -> Result<u32, WorkerError> {
         Err(WorkerError::Tree(tree))
     }
 

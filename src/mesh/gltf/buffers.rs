@@ -3,18 +3,10 @@ use std::collections::HashMap;
 use std::path::{Component, Path, PathBuf};
 use std::rc::Rc;
 
-use base64::Engine;
-use base64::alphabet::STANDARD;
-use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
-
 use super::document::Buffer;
+use crate::mesh::base64::decoded;
 use crate::mesh::source::read_regular;
 use crate::mesh::{FormatError, Problem};
-
-const BASE64: GeneralPurpose = GeneralPurpose::new(
-    &STANDARD,
-    GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent),
-);
 
 /// A buffer's bytes, cut to the length that the document promises.
 pub struct Bytes<'a> {
@@ -94,7 +86,7 @@ fn inline(data: &str) -> Result<Vec<u8>, Problem> {
         let what = "a data: URI that is not base64".into();
         return Err(Problem::Unsupported { what, remedy: "write its buffer as base64" });
     }
-    BASE64.decode(text).map_err(|error| Problem::Malformed(format!("data: URI: {error}")))
+    decoded(text).map_err(|error| Problem::Malformed(format!("data: URI: {error}")))
 }
 
 /// A file may only name files beside or below it: no absolute path, no `..`, no scheme, no link

@@ -87,7 +87,7 @@ pub(in crate::report) fn as_file(drawn: &str, title: &str) -> String {
     with_head(&in_ink(drawn), title, FILE_STYLE)
 }
 
-pub(super) fn within_page(drawn: &str, title: &str) -> String {
+pub(in crate::report) fn within_page(drawn: &str, title: &str) -> String {
     with_head(&in_ink(drawn).replacen(NAMESPACE, "", 1), title, "")
 }
 

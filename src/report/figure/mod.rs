@@ -4,13 +4,14 @@
 mod chart;
 mod look;
 mod number;
+mod numbers;
 mod span;
 
 use serde::{Deserialize, Serialize};
 
 pub(super) use chart::{Canvas, DrawError, Legend, Place, RADIUS, WIDTH};
-pub(super) use look::{INK, Look, as_file};
-pub use number::number;
+pub(super) use look::{INK, Look, as_file, escaped, within_page};
+pub use number::{grouped, number};
 pub(super) use span::Span;
 
 /// Lines, or bars over names. Black on white or white on black as the reader has it; its series can
@@ -94,6 +95,8 @@ pub enum FigureError {
     NoSuchName { figure: String, series: String, point: usize },
     #[error("figure `{0}`: names belong on the x axis")]
     NamesOnY(String),
+    #[error("table `{table}`: row {row} has more or fewer cells than there are columns")]
+    Cells { table: String, row: usize },
     #[error("figure `{figure}`: cannot be drawn: {source}")]
     Draw { figure: String, source: chart::DrawError },
 }
@@ -101,6 +104,10 @@ pub enum FigureError {
 /// Sizes that an axis can be computed with.
 const SIZES: std::ops::RangeInclusive<f64> = 1e-200..=1e200;
 const LONGEST_NAME: usize = 100;
+
+pub(super) fn is_usable(value: f64) -> bool {
+    value == 0.0 || SIZES.contains(&value.abs())
+}
 
 impl Axis {
     pub fn linear(label: &str) -> Self {
@@ -154,7 +161,7 @@ impl Figure {
     }
 
     /// Whether it can be drawn.
-    fn check(&self) -> Result<(), FigureError> {
+    pub(super) fn check(&self) -> Result<(), FigureError> {
         let is_plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
         let is_stem = (1..=LONGEST_NAME).contains(&self.name.len());
         if !is_stem || !self.name.chars().all(is_plain) {
@@ -173,7 +180,6 @@ impl Figure {
 
     fn check_point(&self, series: &str, point: usize, at: &Point) -> Result<(), FigureError> {
         let (figure, series) = (self.name.clone(), series.to_owned());
-        let is_usable = |value: f64| value == 0.0 || SIZES.contains(&value.abs());
         if !is_usable(at.x) || !at.heights().all(is_usable) {
             return Err(FigureError::OutOfRange { figure, series, point });
         }
@@ -194,5 +200,13 @@ impl Figure {
     }
 }
 
+impl Table {
+    pub(super) fn check(&self) -> Result<(), FigureError> {
+        let ragged = self.rows.iter().position(|row| row.len() != self.columns.len());
+        let table = || self.title.clone();
+        ragged.map_or(Ok(()), |row| Err(FigureError::Cells { table: table(), row }))
+    }
+}
+
 #[cfg(test)]
-mod tests;
+pub(in crate::report) mod tests;

@@ -9,7 +9,11 @@ pub fn number(value: f64) -> String {
         value.to_string()
     } else if (1e-3..1e6).contains(&size) {
         let whole_digits = size.log10().floor().max(0.0) as usize + 1;
-        grouped(&trimmed(format!("{value:.0$}", 6 - whole_digits.min(6))))
+        let text = trimmed(format!("{size:.0$}", 6 - whole_digits.min(6)));
+        let whole = text.split('.').next().unwrap_or_default();
+        let sign = if value < 0.0 { "-" } else { "" };
+        let thousands = whole.parse().map_or_else(|_| whole.to_owned(), grouped);
+        format!("{sign}{thousands}{}", &text[whole.len()..])
     } else {
         scientific(value)
     }
@@ -45,23 +49,22 @@ fn trimmed(text: String) -> String {
     }
 }
 
-/// A comma before every three digits of the whole part.
-fn grouped(text: &str) -> String {
-    let (whole, rest) = text.find('.').map_or((text, ""), |point| text.split_at(point));
-    let (sign, digits) = whole.strip_prefix('-').map_or(("", whole), |digits| ("-", digits));
-    let mut grouped = String::from(sign);
-    for (place, digit) in digits.chars().enumerate() {
-        if place > 0 && (digits.len() - place) % 3 == 0 {
-            grouped.push(',');
+/// 1234567 as `1,234,567`.
+pub fn grouped(number: u64) -> String {
+    let digits = number.to_string();
+    let mut text = String::new();
+    for (index, digit) in digits.chars().enumerate() {
+        if index > 0 && (digits.len() - index).is_multiple_of(3) {
+            text.push(',');
         }
-        grouped.push(digit);
+        text.push(digit);
     }
-    grouped + rest
+    text
 }
 
 #[cfg(test)]
 mod tests {
-    use super::number;
+    use super::{grouped, number};
 
     #[test]
     fn numbers_are_short_and_never_ambiguous() {
@@ -84,5 +87,13 @@ mod tests {
         for (value, expected) in cases {
             assert_eq!(number(value), expected);
         }
+    }
+
+    #[test]
+    fn thousands_are_set_apart() {
+        assert_eq!(grouped(0), "0");
+        assert_eq!(grouped(999), "999");
+        assert_eq!(grouped(1000), "1,000");
+        assert_eq!(grouped(1_234_567), "1,234,567");
     }
 }

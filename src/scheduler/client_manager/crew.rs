@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use super::EngineError;
 use crate::scene::Slowdown;
 use crate::scheduler::launch::{Launch, Worker};
+use crate::transport::peer::PeerName;
 use crate::transport::{MasterEnd, Traffic, TransportError, WorkerId};
 use crate::workers::Role;
 
@@ -23,6 +24,9 @@ struct Member<W> {
     heard: Instant,
     /// Trees that it was told of.
     trees: BTreeSet<u32>,
+    /// Whether it was told to serve subtrees to others, and by which name it does.
+    is_told_to_serve: bool,
+    name: Option<PeerName>,
     slowdown: Slowdown,
     /// Messages that its queue has no room for yet.
     backlog: VecDeque<Vec<u8>>,
@@ -66,6 +70,8 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Crew<T, L> {
             started: now,
             heard: now,
             trees: BTreeSet::new(),
+            is_told_to_serve: false,
+            name: None,
             slowdown,
             backlog: VecDeque::new(),
             is_given_up: false,
@@ -103,6 +109,20 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Crew<T, L> {
     /// Whether the worker was told of the tree, which from now on it does not have.
     pub(super) fn takes_away(&mut self, client: usize, tree: u32) -> bool {
         self.members[client].trees.remove(&tree) && self.is_here(client)
+    }
+
+    /// Whether the worker has yet to be told to serve others, which it now counts as told.
+    pub(super) fn tells_to_serve(&mut self, client: usize) -> bool {
+        !std::mem::replace(&mut self.members[client].is_told_to_serve, true)
+    }
+
+    pub(super) fn serves(&mut self, client: usize, name: PeerName) {
+        self.members[client].name = Some(name);
+    }
+
+    /// By which other workers reach it, if they do.
+    pub(super) fn name(&self, client: usize) -> Option<PeerName> {
+        self.members[client].name
     }
 
     /// What a worker's queue has no room for waits here. One that is dead is seen to be so, one that
@@ -175,6 +195,7 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Crew<T, L> {
         let Some(worker) = member.worker.take() else { return Ok(()) };
         drop(worker);
         member.trees.clear();
+        (member.is_told_to_serve, member.name) = (false, None);
         member.backlog.clear();
         let closed = self.transport.close(member.id, take);
         let Traffic { to_worker, from_worker } = self.transport.traffic(member.id);

@@ -15,9 +15,10 @@ use crate::scheduler::launch::Launch;
 use crate::scheduler::local_client::{LocalClient, Unexpected};
 use crate::scheduler::node::Nodes;
 use crate::transport::MasterEnd;
+use crate::transport::peer::PeerName;
 use crate::tree::TreeImage;
 use crate::tree::roots::Cut;
-use crate::wire::{JobHeader, Reply};
+use crate::wire::{JobHeader, Reply, SubtreeRecord};
 
 /// For a worker to end by itself: it may be in the middle of a batch.
 const GRACE: Duration = Duration::from_secs(1);
@@ -265,14 +266,17 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Engine<T, L> {
     /// What a worker has to say between two runs.
     fn hear(&mut self, client: usize) -> Result<(), EngineError> {
         let state = &mut self.clients[client];
-        let mut heard = Ok(());
+        let (mut heard, mut name) = (Ok(()), None);
         self.crew.receive(client, &mut |message| {
             let said = Reply::parse(message).map_err(BadReply::from);
-            let said = said.and_then(|reply| Ok(heard_between_runs(state, &reply)?));
+            let said = said.and_then(|reply| Ok(heard_between_runs(state, &reply, &mut name)?));
             if heard.is_ok() {
                 heard = said;
             }
         })?;
+        if let Some(name) = name {
+            self.crew.serves(client, name);
+        }
         heard.map_err(|source| EngineError::BadReply { worker: self.crew.id(client), source })
     }
 
@@ -317,8 +321,19 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Engine<T, L> {
 }
 
 /// All answers were taken before the run could end, but maybe not the last word of a task.
-fn heard_between_runs(state: &mut LocalClient, reply: &Reply<'_>) -> Result<(), Unexpected> {
+fn heard_between_runs(
+    state: &mut LocalClient,
+    reply: &Reply<'_>,
+    name: &mut Option<PeerName>,
+) -> Result<(), Unexpected> {
     match *reply {
+        Reply::Serves(its) => {
+            *name = Some(its);
+            Ok(())
+        }
+        Reply::NotFetched(SubtreeRecord { tree, root }) => {
+            Err(Unexpected::NotFetched { tree: tree as usize, root })
+        }
         Reply::Ready => state.ready(),
         Reply::Tree(_) => {
             state.took_tree();

@@ -10,15 +10,18 @@ use super::engine::{Engine, TreeKey};
 use super::planned::Planned;
 use super::supply::{Published, Supply};
 use super::{EngineError, ResultSink, ScenarioResult, Work};
+use crate::scene::SubtreesFrom;
 use crate::scheduler::assignment::{Assignment, BufferLimits};
 use crate::scheduler::collection::{BadReply, Collection, Outcome, Said};
-use crate::scheduler::engine_report::{EngineReport, NodeReport, WorkerReport};
+use crate::scheduler::engine_report::{EngineReport, NodeReport, TransferReport, WorkerReport};
 use crate::scheduler::jobs_submitter::JobsSubmitter;
 use crate::scheduler::launch::Launch;
 use crate::scheduler::local_client::LocalClient;
 use crate::scheduler::matchmaker::Matchmaker;
 use crate::scheduler::memory;
 use crate::scheduler::node::Nodes;
+use crate::scheduler::sources::Sources;
+use crate::transport::peer::PeerName;
 use crate::transport::{MasterEnd, Traffic};
 use crate::tree::roots::PreAnalysis;
 use crate::tree::{Accuracy, TreeImage};
@@ -38,6 +41,8 @@ pub(super) struct Session<'e, T: MasterEnd, L: Launch<T::Attach>> {
     planned: Option<Planned>,
     wanted: Wanted,
     assignment: Assignment,
+    /// Absent: subtrees come from the master alone.
+    sources: Option<Sources>,
     collection: Collection,
     submitter: JobsSubmitter<'e>,
     report: EngineReport,
@@ -101,7 +106,7 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
             bytes_published: engine.bytes_published,
             bytes_sent: 0,
             relative_data_transfer: 0.0,
-            transfer,
+            transfer: TransferReport { subtrees_from: options.subtrees_from, ..transfer },
             publish_s: engine.publish_s,
             start_workers_s: 0.0,
             first_result_s: 0.0,
@@ -120,6 +125,13 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
         if published == Published::ToThisNode {
             nodes.all_mut()[0].give_all(subtree_bytes.each_ref().map(Vec::len));
         }
+        let asks_workers = engine.options.subtrees_from == SubtreesFrom::Workers;
+        let sources = asks_workers.then(|| {
+            let mut sources = Sources::new(&nodes, subtree_bytes.clone());
+            let serving = (0..workers).filter(|&client| engine.crew.name(client).is_some());
+            serving.for_each(|client| sources.opens(nodes.of(client)));
+            sources
+        });
         let traffic_before = (0..workers).map(|client| engine.crew.traffic(client)).collect();
         let restarts_before = (0..workers).map(|client| engine.crew.restarts(client)).collect();
         Ok(Self {
@@ -137,6 +149,7 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
                 matchmaker,
                 subtree_bytes,
             ),
+            sources,
             collection: Collection::new(workers, trees, views, wanted, layout),
             submitter: JobsSubmitter::new(PreAnalysis::new(
                 views[0],
@@ -222,7 +235,19 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
         if heard.is_ready {
             self.introduce(client)?;
         }
-        if heard.has_answers {
+        if let Some(name) = heard.name {
+            self.engine.crew.serves(client, name);
+            let node = self.assignment.nodes.of(client);
+            self.sources.iter_mut().for_each(|sources| sources.opens(node));
+        }
+        for (tree, root) in heard.not_fetched {
+            self.send_instead(client, tree, root)?;
+        }
+        for task in &heard.answered {
+            let fetched = self.sources.as_mut().map_or(0, |sources| sources.answered(*task));
+            self.report.workers[client].bytes_from_workers += fetched;
+        }
+        if !heard.answered.is_empty() {
             let now = Instant::now();
             if self.last_answers.replace(now).is_none() {
                 self.report.first_result_s = (now - self.begin).as_secs_f64();
@@ -246,10 +271,13 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
         self.engine.crew.let_go(client, &mut |message| {
             heard.take(collection.take(client, message, assignment));
         })?;
-        self.act_on(client, Heard { is_ready: false, ..heard })?;
+        // What it could not fetch, or could give to others, matters no more.
+        let heard = Heard { is_ready: false, name: None, not_fetched: Vec::new(), ..heard };
+        self.act_on(client, heard)?;
         self.report.workers[client].died = true;
         if let Some(node) = self.assignment.nodes.lost_with(client) {
             self.engine.forget_given(node);
+            self.sources.iter_mut().for_each(|sources| sources.lost(node));
         }
         self.collection.client_died(client);
         if let Some(scenario) = self.assignment.client_died(client, at) {
@@ -345,6 +373,8 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
         let to_workers = report.workers.iter().map(|worker| worker.geometry_bytes_copied);
         let to_nodes = report.nodes.iter().map(|node| node.geometry_bytes_copied);
         report.bytes_sent = to_workers.chain(to_nodes).sum();
+        report.transfer.bytes_from_workers =
+            report.workers.iter().map(|w| w.bytes_from_workers).sum();
         report.relative_data_transfer = report.bytes_sent as f64 / self.tree_bytes as f64;
         Ok(report)
     }
@@ -372,7 +402,11 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
 #[derive(Default)]
 struct Heard {
     is_ready: bool,
-    has_answers: bool,
+    /// Tasks that there are answers to.
+    answered: Vec<u64>,
+    name: Option<PeerName>,
+    /// Subtrees by tree and root.
+    not_fetched: Vec<(usize, u32)>,
     bad: Option<BadReply>,
 }
 
@@ -381,7 +415,9 @@ impl Heard {
         match said {
             Ok(Said::Ready) => self.is_ready = true,
             Ok(Said::Tree) => {}
-            Ok(Said::Answers) => self.has_answers = true,
+            Ok(Said::Answers { task }) => self.answered.push(task),
+            Ok(Said::Serves(name)) => self.name = Some(name),
+            Ok(Said::NotFetched { tree, root }) => self.not_fetched.push((tree, root)),
             Err(bad) => self.bad = self.bad.take().or(Some(bad)),
         }
     }

@@ -83,6 +83,7 @@ impl<'a> Supply<'a> {
             compress_s,
             bytes_plain: lengths.iter().map(|(plain, _)| plain).sum(),
             bytes_packed: lengths.iter().map(|(_, packed)| packed).sum(),
+            ..TransferReport::default()
         };
         let trees = Box::new(trees);
         let supply = match published {
@@ -127,6 +128,11 @@ impl<'a> Supply<'a> {
     /// Body of the message that adds a subtree.
     pub(super) fn subtree(&self, side: usize, root: u32) -> Cow<'_, [u8]> {
         self.sent(side).message(root)
+    }
+
+    /// Of a subtree, as it is sent.
+    pub(super) fn length(&self, side: usize, root: u32) -> u64 {
+        self.trees().map_or(0, |trees| trees[side].length(root))
     }
 
     pub(super) fn subtree_bytes(&self) -> SubtreeBytes {

@@ -64,7 +64,7 @@ impl Stock {
                 Some(Item::Published) => Ok(memory.withdraw(tree)?),
                 None => Err(StockError::Tree(tree)),
             },
-            Job::Scenarios(_) | Job::Elsewhere { .. } | Job::Terminate => Err(StockError::NotForNodes),
+            _ => Err(StockError::NotForNodes),
         }
     }
 

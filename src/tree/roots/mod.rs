@@ -4,10 +4,12 @@
 //! A wide tree is a binary tree with levels left out of its nodes; depth is counted in the levels
 //! of that, and a root may be several lanes of one node.
 
+mod boxes;
 mod cut;
 mod pre_analysis;
 mod top;
 
+pub use boxes::{NodeBox, boxes};
 pub use cut::{Cut, CutTree, DistributedRoot, RootError, RootPair, distributed_roots};
 pub use pre_analysis::{Detached, PreAnalysis};
 pub(super) use top::Top;

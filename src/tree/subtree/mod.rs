@@ -40,6 +40,8 @@ pub enum SubtreeError {
     Hash { promised: u64, found: u64 },
     #[error("subtree of the image {found:016x}, here is {here:016x}")]
     OtherImage { here: u64, found: u64 },
+    #[error("the subtree below distributed root {found}, not {root}")]
+    OtherRoot { root: u32, found: u32 },
     #[error(transparent)]
     Root(#[from] RootError),
     #[error("the subtree below distributed root {root} is here already")]

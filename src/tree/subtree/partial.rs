@@ -7,7 +7,7 @@ use bytemuck::{bytes_of, cast_slice};
 
 use super::SubtreeError;
 use super::compressed::decompressed;
-use super::message::{Arrays, Topic, read};
+use super::message::{Arrays, HEADER, Topic, read};
 use super::pages::Pages;
 use super::sections::Sections;
 use super::span::Span;
@@ -113,6 +113,24 @@ impl<M: Put> PartialTree<M> {
         self.written[root as usize] = held;
         self.held[root as usize] = true;
         Ok(root)
+    }
+
+    /// As [`add`](Self::add), of a message that somebody else than the master has sent: it has to be
+    /// of this root.
+    pub fn add_root(&mut self, root: u32, message: &[u8]) -> Result<(), SubtreeError> {
+        let (numbers, _) = read(Topic::of_subtree(message), message)?;
+        if numbers.root != root {
+            return Err(SubtreeError::OtherRoot { root, found: numbers.root });
+        }
+        self.add(message).map(drop)
+    }
+
+    /// No message of the subtree is longer, in bytes.
+    pub fn longest_message(&self, root: u32) -> Result<u64, RootError> {
+        let unknown = RootError::Unknown { root, roots: self.spans.len() };
+        let span = self.spans.get(root as usize).ok_or(unknown)?;
+        let shared = span.first_vertex.min(span.triangles.saturating_mul(3));
+        Ok(HEADER as u64 + span.array_bytes(self.view().kind(), shared))
     }
 }
 

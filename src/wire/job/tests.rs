@@ -90,10 +90,30 @@ fn a_plan_is_read_as_it_was_written_and_has_a_number() {
 }
 
 #[test]
-fn terminate_is_a_header_alone() {
-    let header = JobHeader::terminate();
-    assert_eq!(Job::parse(bytemuck::bytes_of(&header)), Ok(Job::Terminate));
-    assert!(Job::parse(bytes(&words(&header, &[], &[[0, 0]]))).is_err());
+fn what_a_worker_is_to_fetch_is_read_as_it_was_written() {
+    use crate::transport::peer::PeerName;
+    let peer = PeerName::from_bytes([7; PeerName::BYTES]);
+    let fetch = Fetch { root: 6, peer, patience: std::time::Duration::from_millis(250) };
+    let body: [RootPair; 3] = bytemuck::cast(fetch.to_bytes());
+    let mut message = words(&JobHeader::fetch_subtree(3), &[], &body);
+    assert_eq!(Job::parse(bytes(&message)), Ok(Job::FetchSubtree { tree: 3, fetch }));
+    for length in 0..message.len() * 8 {
+        assert!(Job::parse(&bytes(&message)[..length]).is_err(), "{length} bytes");
+    }
+    message.push(0);
+    assert!(Job::parse(bytes(&message)).is_err());
+}
+
+#[test]
+fn terminate_and_serve_are_headers_alone() {
+    for (header, job) in
+        [(JobHeader::terminate(), Job::Terminate), (JobHeader::serve(), Job::Serve)]
+    {
+        assert_eq!(Job::parse(bytemuck::bytes_of(&header)), Ok(job));
+        assert!(Job::parse(bytes(&words(&header, &[], &[[0, 0]]))).is_err());
+        let of_tree = JobHeader { trees: [1, 0], ..header };
+        assert!(Job::parse(bytemuck::bytes_of(&of_tree)).is_err());
+    }
 }
 
 #[test]

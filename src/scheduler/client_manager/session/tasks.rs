@@ -1,23 +1,33 @@
 //! What workers are told and given: trees, the plan, scenarios.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use super::super::EngineError;
 use super::super::start::longest_batch;
 use super::super::supply::Way;
 use super::Session;
-use crate::scene::StartFrom;
+use crate::scene::{EngineOptions, StartFrom};
 use crate::scheduler::launch::Launch;
-use crate::scheduler::local_client::{Analysis, Buffered, NewTask, OUTSTANDING_TASKS};
+use crate::scheduler::local_client::{
+    Analysis, Buffered, NewTask, OUTSTANDING_TASKS, Unexpected,
+};
+use crate::scheduler::sources::Source;
 use crate::transport::MasterEnd;
+use crate::transport::peer::PeerName;
 use crate::tree::descent::DescentError;
 use crate::tree::roots::RootPair;
-use crate::wire::{Job, JobHeader, ScenarioRecord, published_at};
+use crate::wire::{Fetch, Job, JobHeader, ScenarioRecord, published_at};
 
 impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
     /// Tells a worker that is ready of both trees. It gets no task before it has taken them.
     pub(super) fn introduce(&mut self, client: usize) -> Result<(), EngineError> {
         let way = self.way(client);
+        if self.sources.is_some()
+            && self.assignment.clients[client].is_ready()
+            && self.engine.crew.tells_to_serve(client)
+        {
+            self.engine.crew.send(client, &[bytemuck::bytes_of(&JobHeader::serve())])?;
+        }
         for (side, tree) in self.trees.into_iter().enumerate() {
             if !self.tells_of(client, tree) {
                 continue;
@@ -128,6 +138,39 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
         self.engine.crew.send(client, &message)
     }
 
+    /// From another worker, as one that has the subtree.
+    fn tell_to_fetch(
+        &mut self,
+        client: usize,
+        (side, root): (usize, u32),
+        peer: PeerName,
+    ) -> Result<(), EngineError> {
+        let patience = fetch_patience(&self.engine.options, self.supply.length(side, root));
+        let header = JobHeader::fetch_subtree(self.trees[side]);
+        let fetch = Fetch { root, peer, patience };
+        self.engine.crew.send(client, &[bytemuck::bytes_of(&header), &fetch.to_bytes()])
+    }
+
+    /// What another worker was to give.
+    pub(super) fn send_instead(
+        &mut self,
+        client: usize,
+        side: usize,
+        root: u32,
+    ) -> Result<(), EngineError> {
+        let node = self.assignment.nodes.of(client);
+        let known = match &mut self.sources {
+            Some(sources) => sources.not_fetched(node, side, root),
+            None => Err(Unexpected::NotFetched { tree: side, root }),
+        };
+        known.map_err(|unexpected| EngineError::BadReply {
+            worker: self.engine.crew.id(client),
+            source: unexpected.into(),
+        })?;
+        self.report.transfer.not_fetched += 1;
+        self.send_subtree(client, side, root)
+    }
+
     /// Fills the buffers of unclaimed clients, and sends those that are full.
     pub(super) fn give_work(&mut self) -> Result<(), EngineError> {
         while let Some(scenario) = self.assignment.next_scenario() {
@@ -178,9 +221,18 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
             self.engine.crew.begins(client);
         }
         self.first_batch.get_or_insert_with(Instant::now);
-        for (side, roots) in task.subtrees.iter().enumerate() {
-            for &root in roots {
-                self.send_subtree(client, side, root)?;
+        let node = self.assignment.nodes.of(client);
+        let sources = self.sources.as_mut().map(|sources| sources.send(node, task));
+        let fixed = task.subtrees[0].iter().map(|&root| (0, root));
+        let subtrees = fixed.chain(task.subtrees[1].iter().map(|&root| (1, root)));
+        for (index, (side, root)) in subtrees.enumerate() {
+            match sources.as_ref().map(|sources| sources[index]) {
+                // Where subtrees are sent, the memory of a node is that of its one client.
+                Some(Source::Node(from)) => {
+                    let peer = self.engine.crew.name(from).expect("who is open has a name");
+                    self.tell_to_fetch(client, (side, root), peer)?;
+                }
+                None | Some(Source::Master) => self.send_subtree(client, side, root)?,
             }
         }
         self.report.workers[client].batches += 1;
@@ -249,4 +301,13 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
 
 fn bytes_of(message: &[&[u8]]) -> u64 {
     message.iter().map(|part| part.len() as u64).sum()
+}
+
+/// For a subtree of so many bytes to come from another worker: beyond what it takes, what a machine
+/// under load may take to wake that one up. Less than what ends the one that waits for it.
+fn fetch_patience(options: &EngineOptions, bytes: u64) -> Duration {
+    const WAKE_UP: Duration = Duration::from_millis(500);
+    const SLOWEST_BYTES_PER_S: f64 = 50e6;
+    let longest = WAKE_UP + Duration::from_secs_f64(bytes as f64 / SLOWEST_BYTES_PER_S);
+    longest.min(options.patience / 4)
 }

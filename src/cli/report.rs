@@ -1,0 +1,49 @@
+//! `bumper report`: outputs of commands as one page to read.
+
+use std::fs;
+use std::path::Path;
+
+use anyhow::Context;
+
+use super::args::ReportArgs;
+use super::failure::Failure;
+use super::terminal;
+use crate::report::figure::grouped;
+use crate::report::source::{Section, sections};
+use crate::report::{Drawing, page, svg_files};
+
+pub(super) fn run(args: &ReportArgs) -> Result<(), Failure> {
+    let mut all: Vec<Section> = Vec::new();
+    for directory in &args.directories {
+        all.extend(sections(directory)?);
+    }
+    let html = page::html(&all)?;
+    let drawings = || all.iter().flat_map(|section| &section.drawings);
+    if let Some(folder) = &args.svg {
+        write_figures(folder, drawings())?;
+    }
+    write(&args.out, &html)?;
+    let (figures, kilobytes) = (drawings().count(), grouped(html.len() as u64 / 1000));
+    let out = args.out.display();
+    let text = format!("{out}: {figures} figures, {kilobytes} kB\n");
+    Ok(terminal::print(&text).context("cannot print where the report is")?)
+}
+
+/// Each as a file of its name in a directory, which is made where there is none.
+pub(super) fn write_figures<'a>(
+    folder: &Path,
+    drawings: impl IntoIterator<Item = &'a Drawing>,
+) -> anyhow::Result<()> {
+    let files = svg_files(drawings)?;
+    make_folder(folder)?;
+    files.iter().try_for_each(|(name, svg)| write(&folder.join(name), svg))
+}
+
+pub(super) fn make_folder(folder: &Path) -> anyhow::Result<()> {
+    let unusable = || format!("{}: cannot be written to", folder.display());
+    fs::create_dir_all(folder).with_context(unusable)
+}
+
+pub(super) fn write(path: &Path, text: &str) -> anyhow::Result<()> {
+    fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
+}

@@ -1,0 +1,224 @@
+//! `bumper view`: a scene, or the results of a run, as a page for a browser.
+
+mod shown;
+
+use std::io::{self, Write};
+use std::num::NonZeroU32;
+use std::os::unix::fs::PermissionsExt;
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+use anyhow::{Context, anyhow};
+use indicatif::ProgressBar;
+
+use super::args::{SceneArgs, ViewArgs};
+use super::deform::Crash;
+use super::failure::Failure;
+use super::page_server::PageServer;
+use super::prepare::{self, Poses};
+use super::request::{cache_dir, check_effects, scene_of};
+use super::run::{Job, check_crash, naming_the_vertex, start_engine};
+use super::{interrupt, terminal};
+use crate::effects::PairsAsked;
+use crate::geometry::Pose;
+use crate::report::viewer::{Collected, Differs, EarlierRun, MOST_SHOWN, content_security_policy};
+use crate::scene::Scene;
+use crate::scheduler::client_manager::{EngineReport, ResultSink, ScenarioResult};
+use crate::tree::{Accuracy, BuildOptions};
+use crate::wire::Wanted;
+use shown::Shown;
+
+const DEFAULT_PAGE: &str = "bumper.html";
+/// What `bumper run --out` leaves of its scene and its answers.
+const SCENE: &str = "scene.toml";
+const SCENARIOS: &str = "scenarios.csv";
+
+pub(super) fn view(args: ViewArgs) -> Result<(), Failure> {
+    let interrupt = interrupt::on_ctrl_c().context("cannot listen to Ctrl-C")?;
+    let (scene, earlier) = what_to_show(args.scene)?;
+    let server = args.serve.map(PageServer::bind).transpose();
+    let server = server.context("cannot serve here")?;
+    let out = args.out.or_else(|| server.is_none().then(|| DEFAULT_PAGE.into()));
+
+    let cache_dir = args.cache_dir.or_else(cache_dir);
+    let page = page_of(&scene, earlier.as_ref(), cache_dir.as_deref(), &interrupt)?;
+    if let Some(out) = out {
+        let name = out.display().to_string();
+        write_page(&out, page.as_bytes())
+            .with_context(|| format!("{name}: cannot write the page"))?;
+        terminal::print(&format!("{name}\n")).context("cannot print its name")?;
+    }
+    let Some(server) = server else { return Ok(()) };
+    let address = format!("http://{}/\n", server.address());
+    terminal::print(&address).context("cannot print the address")?;
+    let served = server.serve(page.into_bytes(), &content_security_policy(), &interrupt);
+    Ok(served.context("cannot serve the page")?)
+}
+
+/// The scene, and what an earlier run of it said, if a run's directory is given.
+fn what_to_show(mut args: SceneArgs) -> Result<(Scene, Option<EarlierRun>), Failure> {
+    let directory = args.scene.take_if(|path| path.is_dir());
+    let earlier = match &directory {
+        None => None,
+        Some(directory) => {
+            let scene = directory.join(SCENE);
+            if !scene.is_file() {
+                return Err(anyhow!(
+                    "{}: has no {SCENE}, as the directory of a run has (`bumper run --out`): give the \
+                     scene file",
+                    directory.display()
+                )
+                .into());
+            }
+            args.scene = Some(scene);
+            Some(EarlierRun::read(&directory.join(SCENARIOS))?)
+        }
+    };
+    let mut scene = scene_of(&args)?;
+    check_effects(&scene)?;
+    if let Accuracy::BoxesAt(_) = scene.accuracy {
+        return Err(Failure::usage(anyhow!(
+            "accuracy {} finds boxes that meet, and no triangles to show: take boxes, f32, f64 or exact",
+            scene.accuracy
+        )));
+    }
+    // There is nothing to see of a pair that is not looked for.
+    scene.effects.pairs = PairsAsked::Contacts;
+    Ok((scene, earlier))
+}
+
+/// Runs the scene, and makes the page of what comes.
+fn page_of(
+    scene: &Scene,
+    earlier: Option<&EarlierRun>,
+    cache_dir: Option<&Path>,
+    interrupt: &AtomicBool,
+) -> Result<String, Failure> {
+    let poses = poses_of(scene, earlier)?;
+    let deform_after = scene.effects.crush.and_then(|crush| crush.deform_after);
+    check_crash(scene, poses.len())?;
+    let mut engine = start_engine(scene, poses.len(), None)?;
+    let meshes = prepare::load(scene)?;
+    interrupt::check(interrupt)?;
+    let plan = scene.effects.plan([meshes.fixed(), meshes.moving()]).map_err(Failure::usage)?;
+    let options = BuildOptions { kind: scene.tree };
+    let trees = prepare::build(&meshes, options, cache_dir);
+    let parts = prepare::build_parts(&plan, &meshes, options);
+    interrupt::check(interrupt)?;
+    let poses = poses.place(&meshes, &trees, interrupt)?;
+    let job = Job {
+        poses: &poses,
+        cuts: scene.cuts(),
+        wanted: Wanted {
+            accuracy: scene.accuracy,
+            overlap_only: false,
+            pairs: scene.effects.most_pairs().min(MOST_SHOWN as u32),
+            costs: false,
+            plan: None,
+        },
+        effects: (!plan.is_empty()).then_some((&plan, &parts)),
+        interrupt,
+    };
+    let crash = deform_after.map(|scenario| Crash {
+        scenario,
+        plan: &plan,
+        meshes: &meshes,
+        build: options,
+        out: None,
+    });
+    let mut results = Results::new(&poses, earlier);
+    let answered = match &crash {
+        Some(crash) => crash.run(&job, &mut *engine, &trees, &mut results).map_err(Failure::from),
+        None => job
+            .run(&mut *engine, &trees, &mut results)
+            .map(|report| (report, None))
+            .map_err(Failure::from),
+    };
+    results.bar.finish_and_clear();
+    let (report, deformed) = answered.map_err(|error| naming_the_vertex(error, meshes.moving()))?;
+    if report.interrupted {
+        return Err(Failure::Interrupted("no page was written".to_owned()));
+    }
+    if let Some(differs) = results.differs.take() {
+        return Err(anyhow::Error::from(differs).into());
+    }
+    warn_of_set_aside(&report);
+    let activity = terminal::activity("packing");
+    let shown =
+        Shown { scene, plan: &plan, trees: &trees, deformed: deformed.as_ref(), poses: &poses };
+    let page = shown.page(&report, results.collected, &results.workers);
+    activity.finish_and_clear();
+    Ok(page)
+}
+
+/// Of a run that did not come to its end, those that it came to.
+fn poses_of(scene: &Scene, earlier: Option<&EarlierRun>) -> Result<Poses, Failure> {
+    let poses = Poses::of(&scene.scenarios)?;
+    let Some(earlier) = earlier else { return Ok(poses) };
+    match NonZeroU32::new(earlier.end()) {
+        Some(end) => Ok(poses.at_most(end)),
+        None => {
+            Err(anyhow!("the run has not answered any scenario: there is nothing to show").into())
+        }
+    }
+}
+
+fn warn_of_set_aside(report: &EngineReport) {
+    if !report.set_aside.is_empty() {
+        tracing::warn!(
+            "these scenarios are not in the page, because every worker at them died: {:?}",
+            report.set_aside
+        );
+    }
+}
+
+/// Takes what the page shows, and holds it against what was answered before.
+struct Results<'a> {
+    poses: &'a [Pose],
+    earlier: Option<&'a EarlierRun>,
+    /// The first scenario that is not answered as before.
+    differs: Option<Differs>,
+    collected: Collected,
+    /// That answered each scenario.
+    workers: Vec<Option<u32>>,
+    bar: ProgressBar,
+}
+
+impl<'a> Results<'a> {
+    fn new(poses: &'a [Pose], earlier: Option<&'a EarlierRun>) -> Self {
+        let bar = terminal::scenario_bar("running", poses.len());
+        let workers = vec![None; poses.len()];
+        Self { poses, earlier, differs: None, collected: Collected::default(), workers, bar }
+    }
+}
+
+impl ResultSink for Results<'_> {
+    fn accept(&mut self, result: ScenarioResult<'_>) -> io::Result<()> {
+        let at = result.scenario as usize;
+        if let (Some(earlier), None) = (self.earlier, &self.differs) {
+            self.differs = earlier.check(&result).err();
+        }
+        self.collected.add(&result, self.poses[at]);
+        self.workers[at] = Some(result.worker);
+        self.bar.inc(1);
+        Ok(())
+    }
+
+    fn set_aside(&mut self, _scenario: u32) -> io::Result<()> {
+        self.bar.inc(1);
+        Ok(())
+    }
+}
+
+/// All of it or nothing: a page that was there before stays until the new one is whole.
+fn write_page(path: &Path, page: &[u8]) -> io::Result<()> {
+    let folder = path.parent().filter(|folder| *folder != Path::new(""));
+    let mut new = tempfile::Builder::new();
+    // As any file is made, less what the user's mask takes away.
+    let mut file = new
+        .permissions(PermissionsExt::from_mode(0o666))
+        .tempfile_in(folder.unwrap_or(Path::new(".")))?;
+    file.write_all(page)?;
+    file.persist(path)?;
+    Ok(())
+}

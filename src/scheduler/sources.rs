@@ -1,0 +1,227 @@
+//! Where a worker gets a subtree that it lacks: from the master, or from another worker that has it,
+//! so that the master's channel need not carry it again (section 8 of the paper).
+//!
+//! Places are [nodes](super::node): memories, of one worker each where nothing is in common.
+
+use std::collections::BTreeMap;
+
+use super::local_client::{NewTask, SubtreeBytes, Unexpected};
+use super::node::Nodes;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Source {
+    Master,
+    Node(usize),
+}
+
+/// Who has what, as far as is certain, and who fetches what from whom.
+#[derive(Debug)]
+pub struct Sources {
+    bytes: SubtreeBytes,
+    /// Of each subtree of the fixed and of the moving tree: the nodes that are certain to have it.
+    holders: [Vec<Vec<usize>>; 2],
+    nodes: Vec<Server>,
+    /// Sent and without an answer yet, by number.
+    tasks: BTreeMap<u64, Sent>,
+}
+
+#[derive(Clone, Debug, Default)]
+struct Server {
+    /// Others can fetch from it.
+    is_open: bool,
+    /// Bytes of what others have been told to fetch from it, and may not have yet.
+    busy: u64,
+}
+
+#[derive(Debug)]
+struct Sent {
+    node: usize,
+    /// What came with the task.
+    subtrees: [Vec<u32>; 2],
+    fetches: Vec<Fetching>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Fetching {
+    tree: usize,
+    root: u32,
+    from: usize,
+    bytes: u64,
+}
+
+impl Sources {
+    /// What the nodes have been given is what they have: no task is out. `bytes` are those of each
+    /// subtree.
+    pub fn new(nodes: &Nodes, bytes: SubtreeBytes) -> Self {
+        let holding = |tree: usize, root: u32| {
+            let has = |&node: &usize| nodes.all()[node].has(tree, root);
+            (0..nodes.count()).filter(has).collect()
+        };
+        let holders =
+            [0, 1].map(|tree| (0..bytes[tree].len() as u32).map(|r| holding(tree, r)).collect());
+        let servers = vec![Server::default(); nodes.count()];
+        Self { bytes, holders, nodes: servers, tasks: BTreeMap::new() }
+    }
+
+    /// Others can fetch from the node from now on.
+    pub fn opens(&mut self, node: usize) {
+        self.nodes[node].is_open = true;
+    }
+
+    /// The least busy of those who have the subtree, and if nobody has it the master.
+    pub fn choose(&self, node: usize, tree: usize, root: u32) -> Source {
+        let holders = self.holders[tree][root as usize].iter().copied();
+        let open = holders.filter(|&holder| holder != node && self.nodes[holder].is_open);
+        let least_busy = open.min_by_key(|&holder| (self.nodes[holder].busy, holder));
+        least_busy.map_or(Source::Master, Source::Node)
+    }
+
+    /// Where each subtree of a task comes from, the fixed tree's first. To be called as the task is
+    /// sent.
+    pub fn send(&mut self, node: usize, task: &NewTask) -> Vec<Source> {
+        let (mut sources, mut fetches) = (Vec::new(), Vec::new());
+        for (tree, roots) in task.subtrees.iter().enumerate() {
+            for &root in roots {
+                let source = self.choose(node, tree, root);
+                if let Source::Node(from) = source {
+                    let bytes = self.bytes[tree][root as usize];
+                    self.nodes[from].busy += bytes;
+                    fetches.push(Fetching { tree, root, from, bytes });
+                }
+                sources.push(source);
+            }
+        }
+        let subtrees = task.subtrees.clone();
+        self.tasks.insert(task.number, Sent { node, subtrees, fetches });
+        sources
+    }
+
+    /// There is an answer of a task, and so there is everywhere all that came with it. Returns the
+    /// bytes that the node has fetched for it, the first time.
+    pub fn answered(&mut self, task: u64) -> u64 {
+        let Some(Sent { node, subtrees, fetches }) = self.tasks.remove(&task) else { return 0 };
+        for (tree, roots) in subtrees.into_iter().enumerate() {
+            for root in roots {
+                self.holders[tree][root as usize].push(node);
+            }
+        }
+        fetches.iter().for_each(|fetching| self.is_over(fetching));
+        fetches.iter().map(|fetching| fetching.bytes).sum()
+    }
+
+    /// The node could not fetch a subtree: it is the master's to send. From where it was to come,
+    /// nobody is to fetch any more.
+    pub fn not_fetched(&mut self, node: usize, tree: usize, root: u32) -> Result<(), Unexpected> {
+        let of_node = self.tasks.values_mut().filter(|sent| sent.node == node);
+        let fetching = of_node.into_iter().find_map(|Sent { fetches, .. }| {
+            let at = fetches.iter().position(|f| (f.tree, f.root) == (tree, root))?;
+            Some(fetches.swap_remove(at))
+        });
+        let fetching = fetching.ok_or(Unexpected::NotFetched { tree, root })?;
+        self.is_over(&fetching);
+        self.nodes[fetching.from].is_open = false;
+        Ok(())
+    }
+
+    /// The node's memory is gone.
+    pub fn lost(&mut self, node: usize) {
+        for holders in self.holders.iter_mut().flatten() {
+            holders.retain(|&holder| holder != node);
+        }
+        let gone: Vec<_> = self.tasks.extract_if(.., |_, sent| sent.node == node).collect();
+        for fetching in gone.iter().flat_map(|(_, sent)| &sent.fetches) {
+            self.is_over(fetching);
+        }
+        self.nodes[node].is_open = false;
+    }
+
+    fn is_over(&mut self, fetching: &Fetching) {
+        self.nodes[fetching.from].busy -= fetching.bytes;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Three nodes that have nothing and serve each other: of six and four subtrees, 10 bytes each.
+    fn three() -> Sources {
+        let mut sources = Sources::new(&Nodes::private(3), [vec![10; 6], vec![10; 4]]);
+        (0..3).for_each(|node| sources.opens(node));
+        sources
+    }
+
+    fn task(number: u64, fixed: &[u32], moving: &[u32]) -> NewTask {
+        NewTask { number, batch: Vec::new(), subtrees: [fixed.to_vec(), moving.to_vec()] }
+    }
+
+    #[test]
+    fn what_nobody_is_certain_to_have_comes_from_the_master() {
+        let mut sources = three();
+        assert_eq!(sources.send(0, &task(7, &[1], &[2, 3])), [Source::Master; 3]);
+        assert_eq!(sources.choose(1, 0, 1), Source::Master, "it may still be on its way");
+        assert_eq!(sources.answered(7), 0);
+        assert_eq!(sources.choose(1, 0, 1), Source::Node(0));
+        assert_eq!(sources.choose(1, 1, 3), Source::Node(0));
+        assert_eq!(sources.choose(1, 1, 1), Source::Master);
+        assert_eq!(sources.choose(0, 0, 1), Source::Master, "not from itself");
+    }
+
+    #[test]
+    fn what_nodes_were_given_in_an_earlier_run_they_have() {
+        use super::super::indicator::tests::row;
+        let bytes = || [vec![10; 6], vec![10; 4]];
+        let mut nodes = Nodes::private(2);
+        let scenario = [row(0, &[0, 11, 0, 0, 0, 0]), row(1, &[0, 0, 14, 6])];
+        nodes.of_client_mut(0).give(&scenario, &bytes());
+        let mut sources = Sources::new(&nodes, bytes());
+        assert_eq!(sources.choose(1, 1, 3), Source::Master, "nobody can fetch from it");
+        sources.opens(0);
+        assert_eq!(sources.choose(1, 1, 3), Source::Node(0));
+        assert_eq!(sources.choose(1, 1, 0), Source::Master);
+    }
+
+    #[test]
+    fn the_least_busy_is_fetched_from_and_what_was_fetched_is_counted_once() {
+        let mut sources = three();
+        sources.send(0, &task(0, &[1, 2], &[]));
+        sources.send(1, &task(1, &[1, 2], &[]));
+        sources.answered(0);
+        sources.answered(1);
+        // The second goes to the other one, as the first is busy by then.
+        assert_eq!(sources.send(2, &task(2, &[1, 2], &[])), [Source::Node(0), Source::Node(1)]);
+        assert_eq!(sources.answered(2), 20);
+        assert_eq!(sources.answered(2), 0);
+        assert_eq!(sources.choose(2, 0, 2), Source::Node(0), "nobody is busy any more");
+    }
+
+    #[test]
+    fn who_cannot_be_fetched_from_is_not_asked_again() {
+        let mut sources = three();
+        sources.send(0, &task(0, &[1, 2], &[]));
+        sources.answered(0);
+        assert_eq!(sources.send(1, &task(1, &[1, 2], &[])), [Source::Node(0); 2]);
+        sources.not_fetched(1, 0, 2).unwrap();
+        assert_eq!(sources.choose(2, 0, 1), Source::Master);
+        let twice = sources.not_fetched(1, 0, 2);
+        assert_eq!(twice, Err(Unexpected::NotFetched { tree: 0, root: 2 }));
+        assert!(sources.not_fetched(2, 0, 1).is_err(), "it was not told to");
+        assert_eq!(sources.answered(1), 10, "the other one came");
+        assert_eq!(sources.choose(0, 0, 2), Source::Node(1), "from the master, but it has it");
+    }
+
+    #[test]
+    fn what_is_lost_is_fetched_from_nobody() {
+        let mut sources = three();
+        sources.send(0, &task(0, &[1], &[]));
+        sources.answered(0);
+        assert_eq!(sources.send(1, &task(1, &[1], &[])), [Source::Node(0)]);
+        sources.lost(0);
+        assert_eq!(sources.choose(2, 0, 1), Source::Master);
+        sources.opens(0);
+        assert_eq!(sources.choose(2, 0, 1), Source::Master, "the new one has nothing");
+        sources.lost(1);
+        assert_eq!(sources.answered(1), 0, "its task went with it");
+        assert_eq!(sources.choose(2, 0, 1), Source::Master);
+    }
+}

@@ -1,0 +1,153 @@
+//! What is on the page, and what its controls do.
+
+use serde_json::json as value;
+
+use super::*;
+
+#[test]
+fn the_page_says_what_the_run_said_and_asks_nobody_for_anything() {
+    let place = Place::new();
+    let small = [&SMALL[..], &["--count", "12"]].concat();
+    let Some(mut browser) = place.open(&small) else { return };
+    place.run(&[&["run", "--out", "run"], &small[..]].concat());
+    let summary = json(&place.path("run/summary.json"));
+    for count in ["scenarios", "colliding", "pairs"] {
+        let shown = text_of(&mut browser, &format!("run-{count}")).replace(',', "");
+        assert_eq!(shown, summary[count].to_string(), "{count}");
+    }
+    let rows = fs::read_to_string(place.path("run/scenarios.csv")).unwrap();
+    let rows: Vec<_> = rows.lines().skip(1).map(|row| row.split(',').nth(2).unwrap()).collect();
+    let shown = browser.evaluate("[...bumper.model.scenarios.pairs].join()");
+    assert_eq!(shown, rows.join(","));
+    assert!(picture(&mut browser).colours() > 20, "a blank picture");
+    assert_eq!(browser.problems(), [""; 0]);
+    let page = place.path("page.html").canonicalize().unwrap();
+    assert_eq!(browser.requests(), [format!("file://{}", page.display())]);
+}
+
+#[test]
+fn a_scenario_is_chosen_by_list_slider_and_keys() {
+    let place = Place::new();
+    let Some(mut browser) = place.open(&[&SMALL[..], &["--count", "12"]].concat()) else { return };
+    let mut last = picture(&mut browser);
+    let mut comes = |browser: &mut Chromium, number: u32, how: &str| {
+        assert_eq!(text_of(browser, "heading"), format!("Scenario {number}"), "{how}");
+        let now = picture(browser);
+        assert!(now.changed(&last) > 0.001, "{how} changes nothing");
+        last = now;
+    };
+    browser.evaluate("document.querySelector('[data-at=\"3\"]').click()");
+    comes(&mut browser, 3, "the list");
+    browser.evaluate("const s = document.getElementById('slider'); s.value = 7; s.dispatchEvent(new Event('input'))");
+    comes(&mut browser, 7, "the slider");
+    for (key, number) in
+        [("ArrowRight", 8), ("ArrowLeft", 7), ("Home", 0), ("PageDown", 10), ("End", 11)]
+    {
+        browser.press(key);
+        comes(&mut browser, number, key);
+    }
+    browser.evaluate(
+        "const e = bumper.list.elements; e.sort.value = 'pairs'; e.descending.checked = true; bumper.list.arrange()",
+    );
+    let most = "bumper.model.scenarios.pairs[bumper.list.order[0]] === Math.max(...bumper.model.scenarios.pairs)";
+    assert_eq!(browser.evaluate(most), true);
+    browser.evaluate(
+        "e.least.value = 1 + Math.max(...bumper.model.scenarios.pairs); bumper.list.arrange()",
+    );
+    assert_eq!(text_of(&mut browser, "count"), "0 of 12 listed");
+    assert_eq!(browser.problems(), [""; 0]);
+}
+
+#[test]
+fn every_switch_changes_the_picture() {
+    let (place, scene) = Place::with_everything();
+    let Some(mut browser) = place.open(&[&scene]) else { return };
+    for name in ["contacts", "curves", "arrows", "boxes", "byWorker", "onTop"] {
+        let switch = format!("bumper.toggle('{name}')");
+        changes_the_picture(&mut browser, &switch, &switch);
+    }
+    browser.evaluate("bumper.setDepth(9)");
+    changes_the_picture(&mut browser, "bumper.setDepth(0)", "bumper.setDepth(9)");
+    browser.evaluate("bumper.toggle('boxes', false)");
+    for look in ["ghost", "hidden"] {
+        let (there, back) = (format!("bumper.setLook(1, '{look}')"), "bumper.setLook(1, 'solid')");
+        changes_the_picture(&mut browser, &there, back);
+    }
+    browser.evaluate("bumper.choose(1)");
+    changes_the_picture(&mut browser, "bumper.toggle('arrows')", "bumper.toggle('arrows')");
+    let legend = text_of(&mut browser, "entries");
+    assert!(legend.contains("clearance: "), "{legend}");
+    assert_eq!(browser.problems(), [""; 0]);
+}
+
+#[test]
+fn every_key_of_the_help_does_something() {
+    let (place, scene) = Place::with_everything();
+    let Some(mut browser) = place.open(&[&scene]) else { return };
+    browser.press("?");
+    browser.wait_until("document.getElementById('help').open");
+    let help = text_of(&mut browser, "help");
+    assert!(
+        help.contains("next in the list") && help.contains("time of the first impact"),
+        "{help}"
+    );
+    browser.press("?");
+    browser.wait_until("!document.getElementById('help').open");
+    for key in ["c", "u", "r", "o"] {
+        let before = picture(&mut browser);
+        browser.press(key);
+        let changed = picture(&mut browser).changed(&before);
+        browser.press(key);
+        assert!(changed > 0.0, "{key}");
+    }
+    for key in ["b", "[", "]", "w", "g", "h", "1", "2", "3", "f", "a", "+", "-", "t", "n", "i", "."]
+    {
+        let before = picture(&mut browser);
+        browser.press(key);
+        assert!(picture(&mut browser).changed(&before) > 0.0, "{key}");
+    }
+    assert_eq!(browser.problems(), [""; 0]);
+}
+
+#[test]
+fn the_mouse_turns_zooms_and_names_a_triangle() {
+    let (place, scene) = Place::with_everything();
+    let Some(mut browser) = place.open(&[&scene]) else { return };
+    let middle = [456.0, 220.0];
+    browser.click(middle);
+    browser.wait_until("!document.getElementById('status').hidden");
+    let said = text_of(&mut browser, "status");
+    assert!(said.contains("triangle ") && said.contains("builtin:blocks"), "{said}");
+    let before = picture(&mut browser);
+    browser.drag(middle, [500.0, 250.0]);
+    let turned = picture(&mut browser);
+    assert!(turned.changed(&before) > 0.01);
+    browser.scroll(middle, -240.0);
+    assert!(picture(&mut browser).changed(&turned) > 0.01);
+}
+
+#[test]
+fn a_page_is_light_or_dark_and_moves_only_for_those_who_like_it() {
+    let (place, scene) = Place::with_everything();
+    let Some(mut browser) = place.open(&[&scene]) else { return };
+    let corner = |browser: &mut Chromium| {
+        let picture = picture(browser);
+        picture.pixel(picture.width - 2, 2)
+    };
+    let light = corner(&mut browser);
+    browser.emulate(&[("prefers-color-scheme", "dark")]);
+    browser.wait_until("document.documentElement.dataset.theme === 'dark'");
+    let dark = corner(&mut browser);
+    assert!(light.iter().all(|&c| c > 200) && dark.iter().all(|&c| c < 60), "{light:?} {dark:?}");
+    let jumps =
+        |from: &str| format!("bumper.lookAtAll('{from}'), bumper.stage.flight.begin === -Infinity");
+    assert_eq!(browser.evaluate(&jumps("front")), false);
+    browser.wait_until("!bumper.stage.flight");
+    browser.emulate(&[("prefers-reduced-motion", "reduce")]);
+    assert_eq!(browser.evaluate(&jumps("left")), true);
+    browser.evaluate("bumper.timeline.play()");
+    assert_eq!(
+        browser.evaluate("[bumper.timeline.playing, bumper.timeline.seconds]"),
+        value!([null, 0.1])
+    );
+}
