@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use bumper::experiment::cluster::config::Config;
 use bumper::experiment::evaluation;
 use bumper::scene::{DEFAULT_SCENE, Scene};
 
@@ -227,12 +228,19 @@ fn every_unsafe_block_says_why_it_is_sound() {
 }
 
 #[test]
-fn every_scene_in_config_is_valid() {
+fn every_scene_and_cluster_in_config_is_valid() {
     let scenes = files(&["config"], &["toml"]);
     assert!(scenes.iter().any(|(name, _)| name == "config/default.toml"));
-    let is_scene = |name: &String| !name.starts_with("config/experiments/");
-    for (name, _) in scenes.iter().filter(|(name, _)| is_scene(name)) {
-        Scene::read(&root().join(name)).unwrap_or_else(|error| panic!("{error}"));
+    for (name, _) in scenes {
+        let path = root().join(&name);
+        let folder = name.split('/').nth(1).filter(|_| !name.ends_with("_scene.toml"));
+        match folder {
+            // Held by a test of its own.
+            Some("experiments") => continue,
+            Some("clusters") => Config::read(&path).map(drop),
+            _ => Scene::read(&path).map(drop),
+        }
+        .unwrap_or_else(|error| panic!("{error}"));
     }
 }
 

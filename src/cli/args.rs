@@ -41,6 +41,8 @@ pub(super) enum Verb {
     /// The paper's evaluation on this machine: what the amount of scenarios, the depth of subtrees, the
     /// buffer and the workers do to speedup and data transfer
     Experiment(Box<ExperimentArgs>),
+    /// Simulate a cluster that runs a scene, from what the scene costs on this machine
+    Cluster(ClusterArgs),
     /// Look at mesh files
     #[command(subcommand)]
     Mesh(MeshVerb),
@@ -254,6 +256,30 @@ pub(super) struct ExperimentArgs {
     pub resume: bool,
 
     /// Print experiment.json
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Args)]
+pub(super) struct ClusterArgs {
+    /// The cluster and what it is given to do (TOML)
+    pub config: PathBuf,
+
+    /// What the scene costs here, reused if it is of this scene and program, otherwise recorded
+    /// anew and kept in this file
+    #[arg(long, value_name = "FILE")]
+    pub recording: Option<PathBuf>,
+
+    /// Directory for cluster.json and a figure of each sweep; files of these names are replaced
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+
+    /// Run the scene for real too, over pipe and over iceoryx2, by as many workers as the cluster
+    /// has, and compare
+    #[arg(long)]
+    pub validate: bool,
+
+    /// Print cluster.json
     #[arg(long)]
     pub json: bool,
 }

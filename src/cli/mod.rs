@@ -6,6 +6,7 @@ mod bench;
 mod check;
 mod check_ccd;
 mod clean;
+mod cluster;
 mod compare;
 mod deform;
 mod experiment;
@@ -38,6 +39,7 @@ pub fn main() -> ExitCode {
         Verb::Worker { args } => return workers::main(&args),
         Verb::Run(args) => terminal::log_to_stderr().and_then(|()| run::run(args)),
         Verb::Accuracy(args) => terminal::log_to_stderr().and_then(|()| accuracy::run(*args)),
+        Verb::Cluster(args) => terminal::log_to_stderr().and_then(|()| cluster::run(&args)),
         Verb::Plan(args) => terminal::log_to_stderr().and_then(|()| plan::plan(&args)),
         Verb::View(args) => terminal::log_to_stderr().and_then(|()| view::view(*args)),
         Verb::Experiment(args) => terminal::log_to_stderr().and_then(|()| experiment::run(*args)),

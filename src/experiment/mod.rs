@@ -2,6 +2,7 @@
 //! done, and the paper's evaluation.
 
 pub mod accuracy;
+pub mod cluster;
 mod contact_error;
 mod difference;
 pub mod evaluation;

@@ -18,8 +18,8 @@ mod tree_costs;
 pub mod viewer;
 
 pub use cost_fit::CostFit;
-pub use identity::RunIdentity;
 pub use drawing::{Drawing, svg_files};
+pub use identity::RunIdentity;
 pub use machine::Machine;
 pub use output::{DEFORMED, OutputDir, OutputError, Outputs, ResultFiles, SCENE};
 pub use scenarios_csv::Earlier;

@@ -22,7 +22,7 @@ use crate::tree::{Accuracy, NotAnAccuracy, TreeKind};
 /// The scene that runs when none is given; it documents every key.
 pub const DEFAULT_SCENE: &str = include_str!("../../config/default.toml");
 
-const VERSION: i64 = 1;
+pub(super) const VERSION: i64 = 1;
 
 #[derive(Deserialize)]
 struct AnyVersion {

@@ -5,9 +5,12 @@ use std::path::{Path, absolute};
 
 use toml::{Table, Value};
 
+use super::file::VERSION;
 use super::{Body, EngineOptions, Scenarios, Scene};
+use crate::effects::Asked;
 use crate::mesh::MeshSource;
 use crate::tree::roots::Cut;
+use crate::tree::{Accuracy, TreeKind};
 
 /// What no scene file can hold.
 #[derive(Debug, thiserror::Error)]
@@ -19,6 +22,18 @@ pub enum Unwritable {
 }
 
 impl Scene {
+    /// Of which nothing but all contacts, exactly, is asked.
+    pub fn of_contacts(
+        [fixed, moving]: [Body; 2],
+        tree: TreeKind,
+        scenarios: Scenarios,
+        engine: EngineOptions,
+    ) -> Self {
+        let (accuracy, effects) = (Accuracy::EXACT, Asked::default());
+        let file = table([("version", VERSION.into())]);
+        Self { fixed, moving, tree, accuracy, scenarios, engine, effects, file }
+    }
+
     /// Reads as the same scene from any directory: paths are absolute.
     pub fn to_toml(&self) -> Result<String, Unwritable> {
         let mut table = self.file.clone();
@@ -83,6 +98,7 @@ fn write_body(table: &mut Table, body: &Body) -> Result<(), Unwritable> {
     };
     table.insert(cut.into(), value.into());
     table.remove(other);
+    table.insert("offset_m".into(), body.offset.to_vec().into());
     Ok(())
 }
 
@@ -123,6 +139,8 @@ fn engine(options: &EngineOptions) -> Result<Table, Unwritable> {
     engine.extend(options.workers.map(|count| ("workers".to_owned(), count.get().get().into())));
     let start_from = options.start_from.map(|from| ("start_from".to_owned(), from.name().into()));
     engine.extend(start_from);
+    engine.insert("compress".into(), options.compress.name().into());
+    engine.insert("subtrees_from".into(), options.subtrees_from.name().into());
     Ok(engine)
 }
 

@@ -17,7 +17,19 @@ impl TreeIndicator {
         numbers.sort_unstable();
         numbers.dedup();
         let with_triangles = |number: u32| (number, roots[number as usize].triangles);
-        Self { taking_part: numbers.into_iter().map(with_triangles).collect() }
+        Self::of(numbers.into_iter().map(with_triangles))
+    }
+
+    /// From (number of the root, triangles below it), ascending.
+    pub fn of(taking_part: impl Iterator<Item = (u32, u32)>) -> Self {
+        let taking_part: Vec<_> = taking_part.collect();
+        debug_assert!(taking_part.is_sorted_by(|a, b| a.0 < b.0));
+        Self { taking_part }
+    }
+
+    /// Of the roots that take part, ascending.
+    pub fn numbers(&self) -> impl ExactSizeIterator<Item = u32> {
+        self.taking_part.iter().map(|&(number, _)| number)
     }
 }
 

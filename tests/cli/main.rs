@@ -5,6 +5,7 @@ mod bad_input;
 mod bench;
 mod check;
 mod clean;
+mod cluster;
 mod effects;
 mod experiment;
 mod interrupt;

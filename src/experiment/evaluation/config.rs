@@ -10,13 +10,11 @@ use serde::Deserialize;
 
 use self::vary::{VaryFile, vary};
 use super::plan::{Evaluation, Models, Vary};
-use crate::effects::Asked;
 use crate::mesh::MeshSource;
 use crate::scene::{
     Body, Distribution, EngineFile, EngineOptions, MatchRule, ScenariosFile, Scene, SceneError,
     Source, Spanned, Transport, TreeFile,
 };
-use crate::tree::Accuracy;
 
 /// Those of the paper, which are part of the program.
 pub const NAMES: [&str; 5] = ["serial", "scenarios", "depth", "buffer", "units"];
@@ -236,15 +234,13 @@ fn models(
         if all.iter().any(|other| other.name == *name) {
             return Err(source.wrong(&one.name, "models.name", "is that of other models too"));
         }
-        let scene = Scene {
-            fixed: model(source, "models.fixed", &one.fixed, Distribution::FIXED)?,
-            moving: model(source, "models.moving", &one.moving, Distribution::MOVING)?,
-            tree: file.tree.kind.unwrap_or_default(),
-            accuracy: Accuracy::EXACT,
-            scenarios: source.scenarios(&one.scenarios)?,
-            engine: engine.clone(),
-            effects: Asked::default(),
-        };
+        let bodies = [
+            model(source, "models.fixed", &one.fixed, Distribution::FIXED)?,
+            model(source, "models.moving", &one.moving, Distribution::MOVING)?,
+        ];
+        let tree = file.tree.kind.unwrap_or_default();
+        let scenarios = source.scenarios(&one.scenarios)?;
+        let scene = Scene::of_contacts(bodies, tree, scenarios, engine.clone());
         all.push(Models { name: name.clone(), scene });
     }
     if all.is_empty() {
