@@ -4,13 +4,13 @@ use std::collections::{BTreeMap, VecDeque};
 use std::fmt::{Debug, Formatter};
 use std::time::Duration;
 
-use ::mpi::Threading;
-use ::mpi::datatype::Equivalence;
-use ::mpi::environment::{Universe, initialize_with_threading};
-use ::mpi::point_to_point::Status;
-use ::mpi::request::{Request, StaticScope};
-use ::mpi::topology::SimpleCommunicator;
-use ::mpi::traits::{Communicator, CommunicatorCollectives, Destination, Source};
+use mpi::Threading;
+use mpi::datatype::Equivalence;
+use mpi::environment::{Universe, initialize_with_threading};
+use mpi::point_to_point::Status;
+use mpi::request::{Request, StaticScope};
+use mpi::topology::SimpleCommunicator;
+use mpi::traits::{Communicator, CommunicatorCollectives, Destination, Source};
 
 use super::message::Message;
 use super::ranks::{Rank, Ranks};
@@ -94,7 +94,7 @@ impl World {
         let neighbours = all.split_shared(all.rank());
         share_cores(&neighbours);
         let mut lowest = all.rank();
-        neighbours.all_reduce_into(&all.rank(), &mut lowest, ::mpi::collective::SystemOperation::min());
+        neighbours.all_reduce_into(&all.rank(), &mut lowest, mpi::collective::SystemOperation::min());
         let mut machines = vec![0; all.size() as usize];
         all.all_gather_into(&lowest, &mut machines[..]);
         Ok(Self {
@@ -161,7 +161,7 @@ fn share_cores(neighbours: &SimpleCommunicator) {
         own = [0; BYTES]; // More cores than fit: nobody has bound anything.
     }
     let mut all = [0_u8; BYTES];
-    neighbours.all_reduce_into(&own[..], &mut all[..], ::mpi::collective::SystemOperation::bitwise_or());
+    neighbours.all_reduce_into(&own[..], &mut all[..], mpi::collective::SystemOperation::bitwise_or());
     // Where it is not allowed, workers have what this rank has.
     // SAFETY: as many bytes as it is told.
     let _ = unsafe { libc::sched_setaffinity(0, BYTES, all.as_ptr().cast()) };
