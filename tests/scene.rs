@@ -8,7 +8,8 @@ use bumper::geometry::{Point, Pose};
 use bumper::mesh::{MeshSource, TriangleMesh};
 use bumper::scene::random::{self, RandomError, RandomScenarios};
 use bumper::scene::{
-    Distribution, Penetration, Scenarios, Scene, Slowdown, WorkerCount, read_poses,
+    Compression, Distribution, Penetration, Scenarios, Scene, Slowdown, SubtreesFrom, WorkerCount,
+    read_poses,
 };
 use bumper::tree::descent::Descent;
 use bumper::tree::roots::Cut;
@@ -95,6 +96,8 @@ fn a_scene_that_is_written_reads_as_the_same_scene_from_anywhere() {
     for path in scenes {
         let mut scene = Scene::read(&path).unwrap();
         scene.engine.slowdowns = vec![Slowdown::new(2.5).unwrap()];
+        scene.engine.compress = Compression::Lz4;
+        scene.engine.subtrees_from = SubtreesFrom::Workers;
         scene.moving.distribution = Distribution::by_triangles(700).unwrap();
         match &mut scene.scenarios {
             Scenarios::Random(random) => random.seed = 99,

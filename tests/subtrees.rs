@@ -112,7 +112,7 @@ proptest! {
                     let message = sent[side].message(root).unwrap();
                     prop_assert_eq!(message.len(), sent[side].message_length(root).unwrap());
                     // Every other one compressed, if that makes it smaller.
-                    let packed = compressed(&message).filter(|_| root % 2 == 0);
+                    let packed = compressed(&message).filter(|_| root.is_multiple_of(2));
                     let message = packed.unwrap_or(message);
                     prop_assert_eq!(here[side].add(&message).unwrap(), root);
                     held[side].insert(root);

@@ -23,7 +23,7 @@ use crate::tree::BuildOptions;
 pub(super) fn run(args: ExperimentArgs) -> Result<(), Failure> {
     let interrupt = interrupt::on_ctrl_c().context("cannot listen to Ctrl-C")?;
     let evaluation = evaluation(&args)?;
-    let setup = setup(&evaluation);
+    let setup = setup(&evaluation).map_err(Failure::usage)?;
     let out = args.out.unwrap_or_else(|| format!("experiment-{}", evaluation.name).into());
     let mut store = Store::open(&out, &evaluation, &setup, args.resume).map_err(refusal)?;
     let bar = terminal::point_bar(evaluation.steps().len());

@@ -3,6 +3,7 @@
 //! Who asks is not trusted: a request has to be whole soon and short, and one that is not is cut off
 //! without harm to others.
 
+use std::fmt;
 use std::io::{self, Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::str::FromStr;
@@ -50,6 +51,12 @@ impl FromStr for Loopback {
         } else {
             Err(NotLoopback::Reachable(address))
         }
+    }
+}
+
+impl fmt::Display for Loopback {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
     }
 }
 

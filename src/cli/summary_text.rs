@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use crate::report::figure::grouped;
 use crate::report::{CostFit, EffectSummary, Summary, TreeCosts};
-use crate::scene::Compression;
+use crate::scene::{Compression, SubtreesFrom};
 use crate::scheduler::client_manager::{NodeReport, TransferReport};
 use crate::tree::Accuracy;
 use crate::tree::cache::CacheOutcome;
@@ -41,6 +41,9 @@ pub(super) fn summary_text(summary: &Summary) -> String {
     }
     if summary.transfer.compress != Compression::None {
         line("compressed", compressed(&summary.transfer));
+    }
+    if summary.transfer.subtrees_from == SubtreesFrom::Workers {
+        line("from workers", from_workers(&summary.transfer));
     }
     if summary.effects.len() > 1 {
         text += &effects_table(&summary.effects);
@@ -161,6 +164,12 @@ fn compressed(transfer: &TransferReport) -> String {
     let TransferReport { compress_s, bytes_plain, bytes_packed, .. } = transfer;
     let [plain, packed] = [bytes_plain, bytes_packed].map(|bytes| grouped(*bytes));
     format!("{plain} bytes of subtrees to {packed}, {compress_s:.3} s")
+}
+
+fn from_workers(transfer: &TransferReport) -> String {
+    let TransferReport { bytes_from_workers, not_fetched, .. } = *transfer;
+    let (bytes, failed) = (grouped(bytes_from_workers), grouped(not_fetched.into()));
+    format!("{bytes} bytes of subtrees, {failed} subtrees in vain")
 }
 
 fn seconds(seconds: f64) -> String {

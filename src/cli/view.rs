@@ -22,6 +22,7 @@ use super::{interrupt, terminal};
 use crate::effects::PairsAsked;
 use crate::geometry::Pose;
 use crate::report::viewer::{Collected, Differs, EarlierRun, MOST_SHOWN, content_security_policy};
+use crate::report::{SCENARIOS, SCENE};
 use crate::scene::Scene;
 use crate::scheduler::client_manager::{EngineReport, ResultSink, ScenarioResult};
 use crate::tree::{Accuracy, BuildOptions};
@@ -29,15 +30,12 @@ use crate::wire::Wanted;
 use shown::Shown;
 
 const DEFAULT_PAGE: &str = "bumper.html";
-/// What `bumper run --out` leaves of its scene and its answers.
-const SCENE: &str = "scene.toml";
-const SCENARIOS: &str = "scenarios.csv";
 
 pub(super) fn view(args: ViewArgs) -> Result<(), Failure> {
     let interrupt = interrupt::on_ctrl_c().context("cannot listen to Ctrl-C")?;
     let (scene, earlier) = what_to_show(args.scene)?;
-    let server = args.serve.map(PageServer::bind).transpose();
-    let server = server.context("cannot serve here")?;
+    let bind = |at| PageServer::bind(at).with_context(|| format!("cannot serve here: {at}"));
+    let server = args.serve.map(bind).transpose()?;
     let out = args.out.or_else(|| server.is_none().then(|| DEFAULT_PAGE.into()));
 
     let cache_dir = args.cache_dir.or_else(cache_dir);

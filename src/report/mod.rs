@@ -21,7 +21,7 @@ pub use cost_fit::CostFit;
 pub use drawing::{Drawing, svg_files};
 pub use identity::RunIdentity;
 pub use machine::Machine;
-pub use output::{DEFORMED, OutputDir, OutputError, Outputs, ResultFiles, SCENE};
+pub use output::{DEFORMED, OutputDir, OutputError, Outputs, ResultFiles, SCENARIOS, SCENE};
 pub use scenarios_csv::Earlier;
 pub use summary::{MeshSummary, SceneSummary, Summary, Times, Versions};
 pub use tally::{ComputeTimes, EffectSummary, Tally};

@@ -19,7 +19,7 @@ pub const SCENE: &str = "scene.toml";
 /// What the rows belong to.
 const IDENTITY: &str = "run.json";
 const SUMMARY: &str = "summary.json";
-const SCENARIOS: &str = "scenarios.csv";
+pub const SCENARIOS: &str = "scenarios.csv";
 /// Of the fixed and of the moving vehicle, after a crash.
 pub const DEFORMED: [&str; 2] = ["fixed_deformed.ply", "moving_deformed.ply"];
 

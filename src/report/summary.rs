@@ -42,7 +42,7 @@ pub struct Summary {
     pub simd: SimdLevel,
     /// Bytes of geometry copied once, for all workers together.
     pub bytes_published: u64,
-    /// Bytes of geometry copied into or for single workers, over all of them.
+    /// Bytes of geometry that the master copied into or for single workers, over all of them.
     pub bytes_copied: u64,
     /// `bytes_copied` over the bytes of both trees (section 7.2 of the paper).
     pub relative_data_transfer: f64,

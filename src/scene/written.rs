@@ -3,6 +3,7 @@
 
 use std::path::{Path, absolute};
 
+use serde::Serialize;
 use toml::{Table, Value};
 
 use super::file::VERSION;
@@ -36,6 +37,15 @@ impl Scene {
 
     /// Reads as the same scene from any directory: paths are absolute.
     pub fn to_toml(&self) -> Result<String, Unwritable> {
+        Ok(toml::to_string(&self.table()?).expect("a table of TOML values"))
+    }
+
+    /// The same as values, to be written otherwise.
+    pub fn values(&self) -> Result<impl Serialize + use<>, Unwritable> {
+        self.table()
+    }
+
+    fn table(&self) -> Result<Table, Unwritable> {
         let mut table = self.file.clone();
         table.insert("accuracy".into(), self.accuracy.to_string().into());
         for (key, body) in [("fixed", &self.fixed), ("moving", &self.moving)] {
@@ -44,7 +54,7 @@ impl Scene {
         inner(&mut table, "tree").insert("kind".into(), self.tree.to_string().into());
         table.insert("scenarios".into(), scenarios(&self.scenarios)?.into());
         table.insert("engine".into(), engine(&self.engine)?.into());
-        Ok(toml::to_string(&table).expect("a table of TOML values"))
+        Ok(table)
     }
 }
 
@@ -132,6 +142,8 @@ fn engine(options: &EngineOptions) -> Result<Table, Unwritable> {
         ("matchmaker", options.matchmaker.name().into()),
         ("match_seed", number("match_seed", options.match_seed)?),
         ("buffer", buffer.into()),
+        ("compress", options.compress.name().into()),
+        ("subtrees_from", options.subtrees_from.name().into()),
         ("restarts", options.restarts.into()),
         ("patience_s", options.patience.as_secs_f64().into()),
         ("slowdowns", slowdowns.into()),

@@ -3,6 +3,7 @@
 mod chromium;
 mod driving;
 mod png;
+mod report;
 mod viewer;
 
 use chromium::Chromium;

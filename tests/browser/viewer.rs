@@ -99,6 +99,9 @@ fn shown(mut browser: Chromium, page: &Path) -> Chromium {
     browser.resize([920, 520]);
     browser.open(page);
     ready(&mut browser);
+    // It is over the picture, and its round corners are not always the same.
+    browser.press("l");
+    assert_eq!(browser.evaluate("document.getElementById('legend').hidden"), true);
     browser
 }
 
@@ -109,7 +112,7 @@ fn ready(browser: &mut Chromium) {
     assert_eq!(browser.evaluate("document.documentElement.dataset.ready"), "true");
 }
 
-/// The vehicles, without what is beside and over them, once they stand still.
+/// The vehicles, without what is beside them, once they stand still.
 fn picture(browser: &mut Chromium) -> Picture {
     browser.wait_until("!bumper.stage.isAsked && !bumper.stage.flight");
     // What was drawn in one frame is on the screen after the next.
@@ -120,8 +123,8 @@ fn picture(browser: &mut Chromium) -> Picture {
     let number = |at: usize| place[at].as_f64().unwrap() as usize;
     let (x, y, width, height) = (number(0), number(1), number(2), number(3));
     let whole = png::decode(&browser.screenshot());
-    // Below the status, and right of the legend.
-    whole.part(x + width / 3..x + width, y..y + height)
+    // Below the status.
+    whole.part(x..x + width, y + 60..y + height)
 }
 
 /// That something changes what is drawn, and taking it back takes that back.

@@ -208,7 +208,7 @@ fn samples_of_something_else_are_not_mixed_in() {
     refused(&place.run(&short), 2, &["out", "--resume"]);
     let resume = |arguments: &[&str]| place.run(&[&short[..], &["--resume"], arguments].concat());
     refused(&resume(&["--samples", "2"]), 2, &["cannot be used multiple times"]);
-    refused(&resume(&["--workers", "1"]), 2, &["`models.0.engine.workers` was 2 and is 1"]);
+    refused(&resume(&["--workers", "1"]), 2, &["`models.0.workers` was 2 and is 1"]);
     refused(&resume(&["--transport", "socket"]), 2, &["transport` was \"pipe\" and is \"socket\""]);
     refused(&resume(&["--count", "5"]), 2, &["count` was 9 and is 5"]);
     refused(&resume(&["--fixed", CAR]), 2, &["fixed.mesh` was", "car?triangles=2000"]);

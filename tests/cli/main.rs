@@ -10,9 +10,11 @@ mod effects;
 mod experiment;
 mod interrupt;
 mod plan;
+mod report;
 mod results;
 mod resume;
 mod stats;
+mod view;
 
 use std::collections::BTreeMap;
 use std::fs;

@@ -129,6 +129,36 @@ fn the_users_own_two_files_run_as_in_the_readme() {
 }
 
 #[test]
+fn what_is_sent_can_be_compressed_and_come_from_other_workers() {
+    let command = "bumper run --transport pipe --compress lz4 --subtrees-from workers";
+    assert!(README.contains(&format!("\n{command}\n")), "{command}");
+    let place = Place::new();
+    let plain = place.run_small(&["--transport", "pipe", "--json"]);
+    succeeded(&plain);
+    let options: Vec<&str> = command.split(' ').skip(2).collect();
+    let out = place.text("out");
+    let output = place.run_small(&[&options[..], &["--out", &out]].concat());
+    succeeded(&output);
+    let text = stdout(&output);
+    assert!(text.contains("\ncompressed    ") && text.contains("\nfrom workers  "), "{text}");
+    let plain: Value = serde_json::from_str(&stdout(&plain)).unwrap();
+    let packed = json(&place.path("out/summary.json"));
+    assert_eq!(packed["pairs"], plain["pairs"]);
+    let transfer = &packed["transfer"];
+    assert_eq!(
+        (&transfer["compress"], &transfer["subtrees_from"]),
+        (&"lz4".into(), &"workers".into())
+    );
+    let bytes = |summary: &Value, name: &str| summary["transfer"][name].as_u64().unwrap();
+    assert!(bytes(&packed, "bytes_packed") < bytes(&packed, "bytes_plain"));
+    assert_eq!(bytes(&packed, "bytes_plain"), bytes(&plain, "bytes_plain"));
+    assert_eq!((bytes(&plain, "bytes_from_workers"), bytes(&packed, "not_fetched")), (0, 0));
+    let each = packed["worker_reports"].as_array().unwrap().iter();
+    let each: u64 = each.map(|worker| worker["bytes_from_workers"].as_u64().unwrap()).sum();
+    assert_eq!(each, bytes(&packed, "bytes_from_workers"));
+}
+
+#[test]
 fn the_second_run_takes_its_trees_from_the_cache() {
     let place = Place::new();
     let cache = |arguments: &[&str]| -> [Value; 2] {

@@ -6,7 +6,10 @@ use crate::wire::SubtreeRequest;
 /// Messages of subtrees, as they came: in a worker that serves others its geometry takes, beside the
 /// place that it is used in, once more the bytes that were sent.
 #[derive(Debug, Default)]
-pub struct Shelf(Mutex<BTreeMap<(u32, u32), Arc<[u8]>>>);
+pub struct Shelf(Mutex<Messages>);
+
+/// By tree and root.
+type Messages = BTreeMap<(u32, u32), Arc<[u8]>>;
 
 impl Shelf {
     pub fn put(&self, tree: u32, root: u32, message: Arc<[u8]>) {
@@ -23,7 +26,7 @@ impl Shelf {
     }
 
     /// Each change is whole at once, so that nothing is left half done by whoever panics.
-    fn locked<T>(&self, use_it: impl FnOnce(&mut BTreeMap<(u32, u32), Arc<[u8]>>) -> T) -> T {
+    fn locked<T>(&self, use_it: impl FnOnce(&mut Messages) -> T) -> T {
         use_it(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
 }

@@ -77,7 +77,7 @@ fn a_subtree_goes_from_worker_to_worker_to_worker() {
     let names = workers.each_mut().map(Worker::serve);
     for root in 0..subtrees.count() {
         let plain = subtrees.message(root).unwrap();
-        let message = compressed(&plain).filter(|_| root % 2 == 0).unwrap_or(plain);
+        let message = compressed(&plain).filter(|_| root.is_multiple_of(2)).unwrap_or(plain);
         assert_eq!(workers[0].add(&message), root);
         assert!(workers[1].fetch(root, names[0], LONG));
         assert!(workers[2].fetch(root, names[1], LONG), "from one that has fetched it itself");

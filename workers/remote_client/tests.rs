@@ -3,9 +3,10 @@ use std::collections::VecDeque;
 use super::*;
 use crate::mesh::TriangleMesh;
 use crate::transport::TransportError;
+use crate::transport::peer::PeerName;
 use crate::tree::roots::CutTree;
 use crate::tree::{BuildOptions, TreeImage, TreeKind, TreeView, build};
-use crate::wire::{AnswerStatus, JobHeader, Reply, ScenarioRecord};
+use crate::wire::{AnswerStatus, Fetch, JobHeader, Reply, ScenarioRecord};
 
 /// Delivers what is in it, keeps what is sent.
 #[derive(Default)]
@@ -27,16 +28,24 @@ impl WorkerEnd for Loopback {
     }
 }
 
-/// Every tree is this one, and a shorter one when one was removed.
-struct OneTree(TreeImage);
+/// Every tree is this one, and a shorter one when one was removed; or none, while it lacks a subtree
+/// that it was to fetch, which nobody has.
+struct OneTree(TreeImage, Option<u32>);
 
 impl TreeStore<Loopback> for OneTree {
     fn add(&mut self, _: &mut Loopback, _: u32, _: &[u8]) -> Result<u64, WorkerError> {
         Ok(self.0.view().hash())
     }
 
-    fn add_subtree(&mut self, tree: u32, _: &[u8]) -> Result<u32, WorkerError> {
-        Err(WorkerError::Tree(tree))
+    fn add_subtree(&mut self, _: u32, body: &[u8]) -> Result<u32, WorkerError> {
+        let root = u32::from_ne_bytes(body.try_into().unwrap());
+        self.1.take_if(|lacking| *lacking == root);
+        Ok(root)
+    }
+
+    fn fetch_subtree(&mut self, _: u32, fetch: &Fetch) -> Result<bool, WorkerError> {
+        self.1 = Some(fetch.root);
+        Ok(false)
     }
 
     fn remove(&mut self, _: u32) -> Result<(), WorkerError> {
@@ -48,8 +57,11 @@ impl TreeStore<Loopback> for OneTree {
         Ok(body.to_vec())
     }
 
-    fn whole(&self, _: u32) -> Result<TreeView<'_>, WorkerError> {
-        Ok(self.0.view())
+    fn whole(&self, tree: u32) -> Result<TreeView<'_>, WorkerError> {
+        match self.1 {
+            None => Ok(self.0.view()),
+            Some(_) => Err(WorkerError::Tree(tree)),
+        }
     }
 
     fn cut(&self, tree: u32) -> Result<CutTree<'_>, WorkerError> {
@@ -66,7 +78,7 @@ fn ruler(count: u32) -> OneTree {
     let vertices = (0..count).flat_map(corners).collect();
     let faces = (0..count).map(|n| [3 * n, 3 * n + 1, 3 * n + 2]).collect();
     let mesh = TriangleMesh::new(vertices, faces).unwrap();
-    OneTree(build(&mesh, BuildOptions { kind: TreeKind::Obb }))
+    OneTree(build(&mesh, BuildOptions { kind: TreeKind::Obb }), None)
 }
 
 fn moved(x: f64) -> Pose {
@@ -146,6 +158,42 @@ fn boxes_are_kept_from_batch_to_batch_until_a_tree_of_theirs_is_removed() {
     });
     // Four boxes of one triangle, one of all, and two.
     assert_eq!(counts, [4, 3, 4, 3, 1, 1, 4, 3, 2, 1]);
+}
+
+/// Two tasks, of which each lacks a subtree; the master sends them last, and others before.
+#[test]
+fn what_cannot_be_fetched_is_told_and_awaited_and_nothing_overtakes_it() {
+    let peer = PeerName::from_bytes([1; PeerName::BYTES]);
+    let with_body = |header: JobHeader, body: &[u8]| [bytemuck::bytes_of(&header), body].concat();
+    let fetch = |root| {
+        let fetch = Fetch { root, peer, patience: Duration::ZERO };
+        with_body(JobHeader::fetch_subtree(0), &fetch.to_bytes())
+    };
+    let send = |root: u32| with_body(JobHeader::add_subtree(0), &root.to_ne_bytes());
+    let task = |scenario| batch(&[(scenario, moved(1.0))], false);
+    let jobs = vec![fetch(5), task(0), fetch(6), task(1), send(4), send(5), send(7), send(6)];
+    let replies = replies(jobs).unwrap();
+    let replies: Vec<_> = replies.iter().map(|reply| Reply::parse(reply).unwrap()).collect();
+    let lacks = |root| Reply::NotFetched(SubtreeRecord { tree: 0, root });
+    let Reply::Answers { answers: [first], .. } = replies[2] else { panic!("{replies:?}") };
+    assert_eq!((first.scenario, first.pair_count), (0, 3));
+    assert_eq!((replies[0], replies[1]), (Reply::Ready, lacks(5)));
+    let rest = &replies[replies.len() - 2..];
+    assert_eq!(rest[0], lacks(6));
+    let Reply::Answers { answers: [second], last: true, .. } = rest[1] else { panic!("{rest:?}") };
+    assert_eq!(second.scenario, 1);
+}
+
+#[test]
+fn a_worker_that_is_told_to_end_while_it_waits_for_a_subtree_ends() {
+    let fetch = Fetch {
+        root: 5,
+        peer: PeerName::from_bytes([1; PeerName::BYTES]),
+        patience: Duration::ZERO,
+    };
+    let header = JobHeader::fetch_subtree(0);
+    let job = [bytemuck::bytes_of(&header), &fetch.to_bytes()].concat();
+    assert_eq!(replies(vec![job, batch(&[(0, moved(1.0))], false)]).unwrap().len(), 2);
 }
 
 #[test]

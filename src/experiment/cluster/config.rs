@@ -7,7 +7,7 @@ use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 
 use super::machine::{Copies, Link, MasterPlace, MemoryRules, MessageCosts, Node};
-use crate::scene::{Compression, MatchRule, SceneError};
+use crate::scene::{Compression, MatchRule, SceneError, SubtreesFrom};
 
 /// A cluster, what it is given to do, and what is varied. Each value has been checked.
 #[derive(Clone, Debug, PartialEq)]
@@ -71,6 +71,7 @@ pub struct Run {
     pub matchmakers: Vec<MatchRule>,
     pub copies: Vec<Copies>,
     pub compression: Vec<Compression>,
+    pub subtrees_from: Vec<SubtreesFrom>,
     /// Runs of a random matchmaker, by seeds from this one on.
     pub samples: NonZeroU32,
     pub match_seed: u64,

@@ -17,8 +17,9 @@ pub struct Tally {
     /// Of all workers' processors together, each in its own speed.
     pub computing: Time,
     pub placing: Time,
-    /// Of subtrees, over all workers.
+    /// Of subtrees, over all workers: from the master, and from each other.
     pub bytes_sent: f64,
+    pub bytes_fetched: f64,
     pub tasks: u64,
     /// First task to be sent.
     pub first_task: Option<Time>,
@@ -38,8 +39,10 @@ pub struct Outcome {
     /// n1 + n2 t1 / t2 (section 7.1.1).
     pub over_first: f64,
     pub bound: f64,
+    /// Of subtrees, by the master, and by workers to each other.
     pub bytes_sent: f64,
-    /// Over the bytes of both trees (section 7.2).
+    pub bytes_fetched: f64,
+    /// What the master sends over the bytes of both trees (section 7.2).
     pub relative_data_transfer: f64,
     /// What compressing all subtrees takes the master before, on one core.
     pub packing_s: f64,

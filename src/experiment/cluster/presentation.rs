@@ -38,6 +38,9 @@ fn series_name(config: &Config, run: &Simulated) -> String {
             packed => packed.name().to_owned(),
         });
     }
+    if config.run.subtrees_from.len() > 1 {
+        parts.push(format!("from {}", run.subtrees_from.name()));
+    }
     match parts.is_empty() {
         true => run.matchmaker.name().to_owned(),
         false => parts.join(", "),

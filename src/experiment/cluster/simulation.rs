@@ -6,8 +6,10 @@
 //! its time on a core. Workers do what they are sent in the order in which it comes.
 
 mod master;
+mod peer;
 mod worker;
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use super::events::{Events, Time, seconds};
@@ -16,19 +18,21 @@ use super::machine::{Cluster, Copies, Node};
 use super::memory::Memory;
 use super::outcome::{Outcome, Tally, Utilisation};
 use super::processors::{Forecast, Processors};
-use crate::scene::MatchRule;
+use crate::scene::{MatchRule, SubtreesFrom};
 use crate::scheduler::assignment::{Assignment, BufferLimits};
 use crate::scheduler::local_client::LocalClient;
 use crate::scheduler::matchmaker::Matchmaker;
 use crate::scheduler::node::Nodes;
 use crate::scheduler::result_order::ResultOrder;
-use master::{Heard, Master};
-use worker::{Message, Worker};
+use crate::scheduler::sources::Sources;
+use master::{Bundle, Heard, Master};
+use worker::{Fetch, Message, Worker};
 
 /// How scenarios are given away.
 #[derive(Clone, Copy, Debug)]
 pub struct Policy {
     pub rule: MatchRule,
+    pub from: SubtreesFrom,
     /// Of the random matchmaker.
     pub seed: u64,
     pub buffer: BufferLimits,
@@ -56,6 +60,15 @@ enum Event {
     MasterAwake,
     /// What the master has sent is taken.
     Unblocked,
+    /// A worker is asked for what another fetches.
+    ToPeer {
+        of: usize,
+        fetch: Fetch,
+    },
+    Fetched {
+        worker: usize,
+        bundle: Bundle,
+    },
 }
 
 struct Simulation<'a> {
@@ -65,6 +78,11 @@ struct Simulation<'a> {
     events: Events<Event>,
     assignment: Assignment,
     results: ResultOrder<()>,
+    /// Where workers fetch from each other.
+    sources: Option<Sources>,
+    /// What workers are giving to others, by the process that does so.
+    serving: BTreeMap<usize, (usize, Fetch)>,
+    next_server: usize,
     /// Of all computers.
     nodes: Vec<NodeState>,
     workers: Vec<Worker>,
@@ -98,6 +116,15 @@ impl<'a> Simulation<'a> {
         let matchmaker = Matchmaker::new(policy.rule, q, policy.seed);
         let bytes =
             if cluster.is_all_in_place() { Default::default() } else { load.subtree_bytes() };
+        let sources = (policy.from == SubtreesFrom::Workers).then(|| {
+            let mut sources = Sources::new(&nodes, load.subtree_bytes());
+            let fetched_from = |&node: &usize| match cluster.copies {
+                Copies::Process => true,
+                Copies::Node => !cluster.is_in_place(node),
+            };
+            (0..nodes.count()).filter(fetched_from).for_each(|node| sources.opens(node));
+            sources
+        });
         let assignment =
             Assignment::new(clients, nodes, scenarios, policy.buffer, matchmaker, bytes);
         let state = |(number, node): (usize, &Node)| NodeState {
@@ -114,6 +141,9 @@ impl<'a> Simulation<'a> {
             events: Events::default(),
             assignment,
             results: ResultOrder::default(),
+            sources,
+            serving: BTreeMap::new(),
+            next_server: of.len() + 1,
             nodes: computers.iter().enumerate().map(state).collect(),
             workers: of.iter().map(|&node| Worker::on(node)).collect(),
             master: Master::default(),
@@ -140,19 +170,26 @@ impl<'a> Simulation<'a> {
                 if let Some(forecast) = next {
                     self.events.put(forecast.at, Event::Cores { node, forecast });
                 }
-                for process in done {
-                    if process == self.workers.len() {
-                        self.step_done()
-                    } else {
-                        self.work_done(process)
-                    }
-                }
+                done.into_iter().for_each(|process| self.done(process));
             }
             Event::ToWorker { worker, message } => self.worker_gets(worker, message),
             Event::ToMaster(heard) => self.master_hears(heard),
             Event::WorkerAwake(worker) => self.worker_awakes(worker),
             Event::MasterAwake => self.go_on(),
             Event::Unblocked => self.unblocked(),
+            Event::ToPeer { of, fetch } => self.serve(of, fetch),
+            Event::Fetched { worker, bundle } => self.fetched(worker, bundle),
+        }
+    }
+
+    /// A process is done with what it did.
+    fn done(&mut self, process: usize) {
+        if process < self.workers.len() {
+            self.work_done(process);
+        } else if process == self.workers.len() {
+            self.step_done();
+        } else {
+            self.served(process);
         }
     }
 
@@ -173,6 +210,10 @@ impl<'a> Simulation<'a> {
             Some(worker) => worker.node,
             None => self.cluster.master_node(),
         };
+        self.begin_on(node, process, work);
+    }
+
+    fn begin_on(&mut self, node: usize, process: usize, work: Time) {
         let now = self.events.now();
         let forecast = self.nodes[node].processors.begin(now, process, work);
         self.events.put(forecast.at, Event::Cores { node, forecast });
@@ -214,6 +255,7 @@ impl<'a> Simulation<'a> {
             bound: cluster.bound(),
             speedup_bound: cluster.bound() * cluster.weighted_time() * speed,
             bytes_sent: tally.bytes_sent,
+            bytes_fetched: tally.bytes_fetched,
             relative_data_transfer: tally.bytes_sent / load.tree_bytes,
             packing_s: seconds(load.packing) / speed,
             tasks: tally.tasks,

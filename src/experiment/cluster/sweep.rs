@@ -13,7 +13,7 @@ use super::machine::{Cluster, Copies, MessageCosts};
 use super::outcome::Outcome;
 use super::recording::Recording;
 use super::simulation::{Policy, simulate};
-use crate::scene::{Compression, MatchRule};
+use crate::scene::{Compression, MatchRule, SubtreesFrom};
 use crate::scheduler::assignment::BufferLimits;
 
 /// What is not the same for all runs of a sweep (section 7.2 to 7.5 of the paper).
@@ -42,6 +42,7 @@ pub struct Simulated {
     pub matchmaker: MatchRule,
     pub copies: Copies,
     pub compression: Compression,
+    pub subtrees_from: SubtreesFrom,
     /// One a seed where the matchmaker draws, otherwise one.
     pub samples: Vec<Outcome>,
 }
@@ -71,6 +72,7 @@ struct Task {
     rule: MatchRule,
     copies: Copies,
     compression: Compression,
+    from: SubtreesFrom,
 }
 
 /// How many runs there are in all.
@@ -114,7 +116,7 @@ pub fn run(
 }
 
 fn described(task: Task, cluster: &Cluster, samples: Vec<Outcome>) -> Simulated {
-    let Task { varied, point, rule, copies, compression } = task;
+    let Task { varied, point, rule, copies, compression, from } = task;
     let Point { scenarios, depths, buffer, nodes } = point;
     let x = match varied {
         Varied::Nothing | Varied::Scenarios => f64::from(scenarios.get()),
@@ -133,6 +135,7 @@ fn described(task: Task, cluster: &Cluster, samples: Vec<Outcome>) -> Simulated 
         matchmaker: rule,
         copies,
         compression,
+        subtrees_from: from,
         samples,
     }
 }
@@ -150,7 +153,7 @@ fn cluster(config: &Config, task: &Task, score_root: f64) -> Cluster {
 
 fn policy(config: &Config, task: &Task, seed: u64) -> Policy {
     let (scenarios, bytes) = (task.point.buffer.get(), config.run.buffer_bytes);
-    Policy { rule: task.rule, seed, buffer: BufferLimits { scenarios, bytes } }
+    Policy { rule: task.rule, from: task.from, seed, buffer: BufferLimits { scenarios, bytes } }
 }
 
 fn seeds(config: &Config, rule: MatchRule) -> impl Iterator<Item = u64> + use<> {
@@ -163,9 +166,11 @@ fn tasks(config: &Config) -> Vec<Task> {
     for (varied, point) in points(config) {
         for &copies in &config.run.copies {
             for &compression in &config.run.compression {
-                for &rule in &config.run.matchmakers {
-                    let point = point.clone();
-                    tasks.push(Task { varied, point, rule, copies, compression });
+                for &from in &config.run.subtrees_from {
+                    tasks.extend(config.run.matchmakers.iter().map(|&rule| {
+                        let point = point.clone();
+                        Task { varied, point, rule, copies, compression, from }
+                    }));
                 }
             }
         }

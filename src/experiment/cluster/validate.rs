@@ -14,7 +14,7 @@ use super::recording::Recording;
 use super::simulation::{Policy, simulate};
 use crate::experiment::latency::{self, LatencyError, LatencyOptions, LatencyRow};
 use crate::experiment::throughput::{self, ThroughputError};
-use crate::scene::{Compression, Transport};
+use crate::scene::{Compression, SubtreesFrom, Transport};
 use crate::scheduler::assignment::BufferLimits;
 use crate::transport::WakeUp;
 
@@ -106,7 +106,7 @@ fn simulated(
     let load = Load::of(recording, cut, Compression::None, &config.scale);
     let (rule, scenarios) = (config.run.matchmakers[0], config.run.point.buffer.get());
     let buffer = BufferLimits { scenarios, bytes: config.run.buffer_bytes };
-    let policy = Policy { rule, seed: config.run.match_seed, buffer };
+    let policy = Policy { rule, from: SubtreesFrom::Master, seed: config.run.match_seed, buffer };
     let cluster = cluster(config, copies, messages);
     simulate(&load, &cluster, &policy, recording.serial_ns.len() as u32).time_s
 }

@@ -198,11 +198,11 @@ fn engine(
     source: &Source<'_>,
     file: Option<&Spanned<EngineFile>>,
 ) -> Result<EngineOptions, SceneError> {
-    let Some(file) = file.map(Spanned::get_ref) else {
+    let Some(file) = file else {
         return Ok(EngineOptions { transport: Transport::Pipe, ..EngineOptions::default() });
     };
-    let transport = file.transport.unwrap_or(Transport::Pipe);
-    Ok(EngineOptions { transport, ..source.engine(file)? })
+    let transport = file.get_ref().transport.unwrap_or(Transport::Pipe);
+    Ok(EngineOptions { transport, ..source.engine(file.get_ref())? })
 }
 
 fn matchmakers(

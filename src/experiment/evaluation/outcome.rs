@@ -6,11 +6,12 @@ use serde::Serialize;
 use serde_json::Value;
 
 use self::view::View;
-use super::plan::{Evaluation, Step, Vary};
+use super::plan::{Evaluation, Models, Step, Vary};
 use super::sample::{Facts, Sample};
 use super::store::Kept;
 use crate::report::figure::{Figure, Table};
 use crate::report::{Machine, Versions};
+use crate::scene::{Compression, SubtreesFrom};
 
 /// Of all samples that there are, be they all that are to be or not.
 #[derive(Clone, Debug, Serialize)]
@@ -83,6 +84,16 @@ impl View<'_> {
             notes.push(format!(
                 "{name}: over {transport} workers use the geometry in place: no subtree is sent"
             ));
+        }
+        for Models { name, scene } in &evaluation.models {
+            if scene.engine.compress != Compression::None {
+                notes.push(format!("{name}: subtrees are sent compressed, and counted as sent"));
+            }
+            if scene.engine.subtrees_from == SubtreesFrom::Workers {
+                notes.push(format!(
+                    "{name}: what workers have from each other is not in the relative data transfer"
+                ));
+            }
         }
         if self.samples.iter().any(|sample| self.is_oversubscribed(sample)) {
             let cores = self.cores;

@@ -2,7 +2,7 @@
 
 use std::num::NonZeroU32;
 
-use crate::scene::{EngineOptions, MatchRule, Scene, Slowdown, Transport, WorkerCount};
+use crate::scene::{EngineOptions, MatchRule, Scene, Slowdown, WorkerCount};
 use crate::tree::roots::Cut;
 
 /// An experiment as its file has it, each value checked.
@@ -29,7 +29,7 @@ pub struct Models {
 impl Models {
     /// Or workers use the geometry in place.
     pub fn sends_subtrees(&self) -> bool {
-        matches!(self.scene.engine.transport, Transport::Pipe | Transport::Socket)
+        !self.scene.engine.transport.has_geometry_in_place()
     }
 }
 

@@ -105,9 +105,11 @@ pub struct Parallel {
     pub speedup: f64,
     /// Section 7.1.1: how many cores of this machine the workers are worth.
     pub best_possible: f64,
-    /// Bytes of subtrees that were sent, and over the bytes of both trees (section 7.2).
+    /// Bytes of subtrees that the master sent, and over the bytes of both trees (section 7.2).
     pub bytes_sent: u64,
     pub relative_data_transfer: f64,
+    /// Bytes of subtrees that workers had from each other.
+    pub bytes_from_workers: u64,
     pub first_result_s: f64,
     pub pre_analysis_s: f64,
     pub matching_s: f64,
@@ -186,6 +188,7 @@ impl Parallel {
             best_possible: best_possible(serial_s, &cores),
             bytes_sent: report.bytes_sent,
             relative_data_transfer: report.relative_data_transfer,
+            bytes_from_workers: report.transfer.bytes_from_workers,
             first_result_s: report.first_result_s,
             pre_analysis_s: report.pre_analysis_s,
             matching_s: report.matching_s,

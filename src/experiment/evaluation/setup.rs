@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 use serde_json::Value;
 
-use super::plan::{Evaluation, Vary};
+use super::plan::{Evaluation, Models, Vary};
 use crate::geometry::simd::SimdLevel;
-use crate::report::{Machine, SceneSummary, Versions};
-use crate::scene::{EngineOptions, MatchRule, StartFrom, Transport};
+use crate::report::{Machine, Versions};
+use crate::scene::{MatchRule, Unwritable};
 
 /// Everything that samples depend on, but for what is in files.
 #[derive(Serialize)]
@@ -30,31 +30,19 @@ struct Setup<'a> {
 #[derive(Serialize)]
 struct ModelsSetup<'a> {
     name: &'a str,
-    scene: SceneSummary,
+    /// As in a scene file, without what is varied or compared.
+    scene: Value,
+    /// As many as the machine has cores, if the scene does not say.
     #[serde(skip_serializing_if = "Option::is_none")]
-    engine: Option<EngineSetup>,
-}
-
-/// What [`SceneSummary`] does not have.
-#[derive(Serialize)]
-struct EngineSetup {
-    transport: Transport,
-    workers: u32,
-    match_seed: u64,
-    start_from: Option<StartFrom>,
+    workers: Option<u32>,
 }
 
 const SCHEMA_VERSION: u32 = 1;
 
 /// As the first line of `points.jsonl`, and in `experiment.json`.
-pub fn setup(evaluation: &Evaluation) -> Value {
+pub fn setup(evaluation: &Evaluation) -> Result<Value, Unwritable> {
     let machine = Machine::this();
-    let is_serial = evaluation.vary.is_serial();
-    let models = evaluation.models.iter().map(|models| ModelsSetup {
-        name: &models.name,
-        scene: (&models.scene).into(),
-        engine: (!is_serial).then(|| engine(&models.scene.engine)),
-    });
+    let models = evaluation.models.iter().map(|models| models_setup(evaluation, models));
     let setup = Setup {
         schema_version: SCHEMA_VERSION,
         name: &evaluation.name,
@@ -64,19 +52,38 @@ pub fn setup(evaluation: &Evaluation) -> Value {
         simd: SimdLevel::chosen(),
         vary: &evaluation.vary,
         samples: evaluation.samples.get(),
-        matchmakers: (!is_serial).then_some(&evaluation.matchmakers),
-        models: models.collect(),
+        matchmakers: (!evaluation.vary.is_serial()).then_some(&evaluation.matchmakers),
+        models: models.collect::<Result<_, _>>()?,
     };
-    serde_json::to_value(setup).expect("string keys and plain values")
+    Ok(serde_json::to_value(setup).expect("string keys and plain values"))
 }
 
-fn engine(options: &EngineOptions) -> EngineSetup {
-    EngineSetup {
-        transport: options.transport,
-        workers: options.worker_count().get(),
-        match_seed: options.match_seed,
-        start_from: options.start_from,
+fn models_setup<'a>(
+    evaluation: &Evaluation,
+    models: &'a Models,
+) -> Result<ModelsSetup<'a>, Unwritable> {
+    let values = models.scene.values()?;
+    let mut scene = serde_json::to_value(values).expect("string keys and plain values");
+    let mut leave_out = |table: &str, key: &str| {
+        scene.pointer_mut(table).and_then(Value::as_object_mut).map(|table| table.remove(key));
+    };
+    let has_fixed_workers = match evaluation.vary {
+        Vary::SerialPercent(_) => {
+            leave_out("", "engine");
+            false
+        }
+        Vary::Units { .. } => false,
+        Vary::ScenariosPercent(_) | Vary::Depth(_) | Vary::Buffer(_) => true,
+    };
+    match evaluation.vary {
+        Vary::Depth(_) => leave_out("/fixed", "depth"),
+        Vary::Buffer(_) => leave_out("/engine/buffer", "scenarios"),
+        Vary::SerialPercent(_) | Vary::ScenariosPercent(_) | Vary::Units { .. } => {}
     }
+    leave_out("/engine", "matchmaker");
+    leave_out("/engine", "workers");
+    let workers = has_fixed_workers.then(|| models.scene.engine.worker_count().get());
+    Ok(ModelsSetup { name: &models.name, scene, workers })
 }
 
 /// Each value that is not the same, by its dotted key.
@@ -124,6 +131,7 @@ mod tests {
     use serde_json::json;
 
     use super::*;
+    use crate::scene::Transport;
 
     #[test]
     fn differences_are_told_by_their_keys_and_both_values() {
@@ -141,7 +149,9 @@ mod tests {
     fn a_setup_tells_experiments_models_and_engines_apart() {
         let depth = Evaluation::embedded("depth").unwrap();
         let buffer = Evaluation::embedded("buffer").unwrap();
-        let differ = |a: &Evaluation, b: &Evaluation| differences(&setup(a), &setup(b)).join(" ");
+        let differ = |a: &Evaluation, b: &Evaluation| {
+            differences(&setup(a).unwrap(), &setup(b).unwrap()).join(" ")
+        };
         assert_eq!(differ(&depth, &depth), "");
         let words = differ(&depth, &buffer);
         assert!(words.contains("`name` was \"depth\" and is \"buffer\""), "{words}");

@@ -1,22 +1,30 @@
 //! Numbers as people read them.
 
-/// Up to six digits: `0.25`, `1,000`; `2×10⁻⁶` where zeros would have to be counted.
+/// Whole numbers as they are, others with four digits: `1,000`, `0.25`, `2×10⁻⁶` where zeros would
+/// have to be counted.
 pub fn number(value: f64) -> String {
     let size = value.abs();
-    if value == 0.0 {
-        "0".to_owned()
+    let sign = if value < 0.0 { "-" } else { "" };
+    if size.fract() == 0.0 && size < 1e15 {
+        format!("{sign}{}", grouped(size as u64))
     } else if !value.is_finite() {
         value.to_string()
     } else if (1e-3..1e6).contains(&size) {
-        let whole_digits = size.log10().floor().max(0.0) as usize + 1;
-        let text = trimmed(format!("{size:.0$}", 6 - whole_digits.min(6)));
+        let decimals = (DIGITS - 1 - size.log10().floor() as i32).max(0);
+        let text = trimmed(format!("{size:.0$}", decimals as usize));
         let whole = text.split('.').next().unwrap_or_default();
-        let sign = if value < 0.0 { "-" } else { "" };
         let thousands = whole.parse().map_or_else(|_| whole.to_owned(), grouped);
         format!("{sign}{thousands}{}", &text[whole.len()..])
     } else {
         scientific(value)
     }
+}
+
+const DIGITS: i32 = 4;
+
+/// As [`number`], and short however great.
+pub(super) fn tick(value: f64) -> String {
+    if value.abs() < 1e6 { number(value) } else { scientific(value) }
 }
 
 fn scientific(value: f64) -> String {
@@ -64,7 +72,7 @@ pub fn grouped(number: u64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{grouped, number};
+    use super::{grouped, number, tick};
 
     #[test]
     fn numbers_are_short_and_never_ambiguous() {
@@ -72,14 +80,17 @@ mod tests {
             (0.0, "0"),
             (-0.0, "0"),
             (0.1 + 0.2, "0.3"),
-            (1234.5, "1,234.5"),
+            (1234.56, "1,235"),
+            (46.6667, "46.67"),
+            (0.0123456, "0.01235"),
+            (67_108_864.0, "67,108,864"),
             (100.0, "100"),
             (999_999.0, "999,999"),
+            (99.99999, "100"),
             (999_999.7, "1,000,000"),
             (-2500.0, "-2,500"),
             (0.001, "0.001"),
-            (1e6, "10⁶"),
-            (-1e6, "-10⁶"),
+            (2.5e6 + 0.5, "2.5×10⁶"),
             (2.5e-7, "2.5×10⁻⁷"),
             (6.022e23, "6.02×10²³"),
             (f64::INFINITY, "inf"),
@@ -87,6 +98,7 @@ mod tests {
         for (value, expected) in cases {
             assert_eq!(number(value), expected);
         }
+        assert_eq!([1e5, 1e6, -2e7].map(tick), ["100,000", "10⁶", "-2×10⁷"]);
     }
 
     #[test]

@@ -11,7 +11,9 @@ impl Figure {
         let is_dense = 2 * points >= places.len() * self.series.len();
         let is_grid = is_dense && !self.series.iter().any(has_two_at_a_place);
         let (columns, rows) = if is_grid { self.by_place(&places) } else { self.by_point() };
-        Table { title: self.y.label.clone(), columns, rows }
+        let has_label = columns.contains(&self.y.label);
+        let title = if has_label { String::new() } else { self.y.label.clone() };
+        Table { title, columns, rows }
     }
 
     /// Each once, in order.
@@ -92,13 +94,15 @@ mod tests {
     #[test]
     fn series_of_the_same_places_are_columns() {
         let table = figure(&[("a", &[[2.0, 5.0], [1.0, 0.5]]), ("", &[[1.0, 7.0]])]).numbers();
-        assert_eq!(table.title, "y (us)");
+        assert_eq!(table.title, "", "it is over a column");
         assert_eq!(table.columns, ["x", "a", "y (us)"]);
         assert_eq!(table.rows, [["1", "0.5", "7"], ["2", "5", ""]]);
     }
 
     #[test]
     fn other_series_are_rows() {
+        let named = figure(&[("a", &[[1.0, 1.0]])]).numbers();
+        assert_eq!((named.title.as_str(), named.columns[1].as_str()), ("y (us)", "a"));
         let twice = figure(&[("a", &[[1.0, 5.0], [1.0, 6.0]])]).numbers();
         assert_eq!(twice.rows, [["a", "1", "5"], ["a", "1", "6"]]);
         let apart: Vec<_> = [[[1.0, 1.0]], [[2.0, 1.0]], [[3.0, 1.0]]].to_vec();

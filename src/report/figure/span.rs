@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
 
-use super::number;
+use super::number::tick;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Kind {
@@ -121,7 +121,7 @@ pub(super) fn shortened(text: &str, longest: usize) -> String {
 }
 
 fn labelled(ticks: Vec<f64>) -> Vec<(f64, String)> {
-    ticks.into_iter().map(|value| (value, number(value))).collect()
+    ticks.into_iter().map(|value| (value, tick(value))).collect()
 }
 
 /// Multiples of 1, 2 or 5 times a power of ten.

@@ -6,6 +6,7 @@ use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use super::crew::Crew;
 use super::engine::{Engine, TreeKey};
 use super::planned::Planned;
 use super::supply::{Published, Supply};
@@ -16,7 +17,7 @@ use crate::scheduler::collection::{BadReply, Collection, Outcome, Said};
 use crate::scheduler::engine_report::{EngineReport, NodeReport, TransferReport, WorkerReport};
 use crate::scheduler::jobs_submitter::JobsSubmitter;
 use crate::scheduler::launch::Launch;
-use crate::scheduler::local_client::LocalClient;
+use crate::scheduler::local_client::{LocalClient, SubtreeBytes};
 use crate::scheduler::matchmaker::Matchmaker;
 use crate::scheduler::memory;
 use crate::scheduler::node::Nodes;
@@ -126,12 +127,7 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
             nodes.all_mut()[0].give_all(subtree_bytes.each_ref().map(Vec::len));
         }
         let asks_workers = engine.options.subtrees_from == SubtreesFrom::Workers;
-        let sources = asks_workers.then(|| {
-            let mut sources = Sources::new(&nodes, subtree_bytes.clone());
-            let serving = (0..workers).filter(|&client| engine.crew.name(client).is_some());
-            serving.for_each(|client| sources.opens(nodes.of(client)));
-            sources
-        });
+        let sources = asks_workers.then(|| sources(&engine.crew, &nodes, subtree_bytes.clone()));
         let traffic_before = (0..workers).map(|client| engine.crew.traffic(client)).collect();
         let restarts_before = (0..workers).map(|client| engine.crew.restarts(client)).collect();
         Ok(Self {
@@ -396,6 +392,18 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
         }
         nodes
     }
+}
+
+/// As the workers' earlier runs have left them.
+fn sources<T: MasterEnd, L: Launch<T::Attach>>(
+    crew: &Crew<T, L>,
+    nodes: &Nodes,
+    bytes: SubtreeBytes,
+) -> Sources {
+    let mut sources = Sources::new(nodes, bytes);
+    let serving = (0..crew.len()).filter(|&client| crew.name(client).is_some());
+    serving.for_each(|client| sources.opens(nodes.of(client)));
+    sources
 }
 
 /// What a worker's messages said.

@@ -128,3 +128,56 @@ fn at_the_time_of_impact_the_first_triangles_meet() {
     browser.evaluate("bumper.choose(3)");
     assert_eq!(browser.evaluate("document.getElementById('impact').disabled"), true);
 }
+
+/// The wheels of a car that turn, at places between the start and the end.
+#[test]
+fn parts_turn_in_their_body() {
+    let scene = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/config/effects/wheel.toml"));
+    let place = Place::new();
+    let Some(mut browser) = place.open(&[scene.to_str().unwrap(), "--workers", "1"]) else {
+        return;
+    };
+    let asked = bumper::scene::Scene::read(scene).unwrap().effects;
+    let body = &asked.bodies[1];
+    let poses = bumper::scene::read_poses(&scene.with_file_name("wheel.csv"), None).unwrap();
+    let mesh = "builtin:car?triangles=4000".parse::<MeshSource>().unwrap().load().unwrap();
+    let (at, time_s) = (1, 0.37);
+    browser.evaluate(&format!("bumper.choose({at}); bumper.timeline.set({time_s})"));
+    for (triangles, part) in &body.parts {
+        let id = triangles.iter().next().unwrap();
+        let corners = format!(
+            "bumper.bodies[1].placedCorners(bumper.rankOf(1, {id})).flatMap((p) => \
+             p.toArray().map((x, k) => x + bumper.model.bodies[0].center[k]))"
+        );
+        let found = numbers(&browser.evaluate(&corners));
+        let motion = body.motion.in_world(&poses[at]);
+        let pose = Trajectory::new(poses[at], &motion, Some(part)).pose(time_s);
+        near(&found, mesh.triangle(id).map(|p| pose.apply(p)).as_flattened());
+    }
+}
+
+#[test]
+fn vehicles_are_deformed_after_the_crash_that_deforms_them() {
+    let config = concat!(env!("CARGO_MANIFEST_DIR"), "/config/effects");
+    let text = fs::read_to_string(Path::new(config).join("crash.toml")).unwrap();
+    let text = text
+        .replace("triangles=10000", "triangles=1000")
+        .replace("crash.csv", &format!("{config}/crash.csv"))
+        .replace("{ width_m = 1.5 }", "{ width_m = 1.5, deform_after = 0 }");
+    let place = Place::new();
+    fs::write(place.path("crash.toml"), text).unwrap();
+    let Some(mut browser) = place.open(&["crash.toml", "--workers", "2"]) else { return };
+    place.run(&["run", "crash.toml", "--workers", "2", "--out", "run"]);
+    let before = "builtin:car?triangles=1000".parse::<MeshSource>().unwrap().load().unwrap();
+    let after = MeshSource::File(place.path("run/fixed_deformed.ply")).load().unwrap();
+    let id = (0..before.faces().len() as u32)
+        .find(|&id| (before.triangle(id)[0][0] - after.triangle(id)[0][0]).abs() > 0.01)
+        .expect("the crash has moved something");
+    for (scenario, mesh) in [(0, &before), (1, &after), (0, &before)] {
+        let corners = format!(
+            "(bumper.choose({scenario}), bumper.bodies[0].corners(bumper.rankOf(0, {id})).flatMap((p) => \
+             p.toArray().map((x, k) => x + bumper.model.bodies[0].center[k])))"
+        );
+        near(&numbers(&browser.evaluate(&corners)), mesh.triangle(id).as_flattened());
+    }
+}

@@ -49,6 +49,12 @@ fn a_scenario_is_chosen_by_list_slider_and_keys() {
     browser.evaluate(
         "const e = bumper.list.elements; e.sort.value = 'pairs'; e.descending.checked = true; bumper.list.arrange()",
     );
+    for (key, depth) in [("b", 4), ("]", 5), ("[", 4), ("[", 3)] {
+        let before = picture(&mut browser);
+        browser.press(key);
+        assert!(picture(&mut browser).changed(&before) > 0.0, "{key}");
+        assert_eq!(text_of(&mut browser, "depth-reading"), format!("depth {depth}"));
+    }
     let most = "bumper.model.scenarios.pairs[bumper.list.order[0]] === Math.max(...bumper.model.scenarios.pairs)";
     assert_eq!(browser.evaluate(most), true);
     browser.evaluate(
@@ -66,9 +72,6 @@ fn every_switch_changes_the_picture() {
         let switch = format!("bumper.toggle('{name}')");
         changes_the_picture(&mut browser, &switch, &switch);
     }
-    browser.evaluate("bumper.setDepth(9)");
-    changes_the_picture(&mut browser, "bumper.setDepth(0)", "bumper.setDepth(9)");
-    browser.evaluate("bumper.toggle('boxes', false)");
     for look in ["ghost", "hidden"] {
         let (there, back) = (format!("bumper.setLook(1, '{look}')"), "bumper.setLook(1, 'solid')");
         changes_the_picture(&mut browser, &there, back);
@@ -100,8 +103,7 @@ fn every_key_of_the_help_does_something() {
         browser.press(key);
         assert!(changed > 0.0, "{key}");
     }
-    for key in ["b", "[", "]", "w", "g", "h", "1", "2", "3", "f", "a", "+", "-", "t", "n", "i", "."]
-    {
+    for key in ["b", "w", "g", "h", "1", "2", "3", "f", "a", "+", "-", "t", "n", "i", "."] {
         let before = picture(&mut browser);
         browser.press(key);
         assert!(picture(&mut browser).changed(&before) > 0.0, "{key}");
@@ -150,4 +152,34 @@ fn a_page_is_light_or_dark_and_moves_only_for_those_who_like_it() {
         browser.evaluate("[bumper.timeline.playing, bumper.timeline.seconds]"),
         value!([null, 0.1])
     );
+}
+
+#[test]
+fn names_of_files_are_shown_as_they_are() {
+    let place = Place::new();
+    let name = "<img src=x onerror=document.title=1>&amp;.ply";
+    let mesh = SMALL[3].parse::<bumper::mesh::MeshSource>().unwrap().load().unwrap();
+    bumper::mesh::write_ply(&mesh, &place.path(name)).unwrap();
+    let hostile = ["--fixed", name, "--moving", name, "--count", "1", "--workers", "1"];
+    let Some(mut browser) = place.open(&hostile) else { return };
+    assert_eq!(text_of(&mut browser, "title"), format!("{name} – {name}"));
+    assert!(text_of(&mut browser, "entries").contains(name));
+    assert_eq!(browser.evaluate("document.images.length"), 0);
+    assert_eq!(browser.problems(), [""; 0]);
+}
+
+/// The picture of the README, where `BUMPER_SCREENSHOTS` names a folder for it.
+#[test]
+fn screenshots_are_made_where_they_are_wanted() {
+    let Some(folder) = std::env::var_os("BUMPER_SCREENSHOTS") else { return };
+    let (place, arguments) = (Place::new(), ["view", "--count", "60", "--workers", "2"]);
+    let Some(mut browser) = Chromium::start() else { return };
+    place.run(&arguments);
+    browser.resize([1200, 720]);
+    browser.open(&place.path("bumper.html"));
+    ready(&mut browser);
+    browser.evaluate("bumper.choose(bumper.list.order[12]); bumper.lookAtAll()");
+    picture(&mut browser);
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder).join("viewer.png");
+    fs::write(file, browser.screenshot()).unwrap();
 }

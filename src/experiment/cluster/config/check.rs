@@ -11,7 +11,8 @@ use super::file::{
 };
 use super::{Config, Group, Point, Run, Scale, Sweep};
 use crate::scene::{
-    Compression, Distribution, SceneError, Source, Spanned, buffer_kilobytes, buffer_scenarios,
+    Compression, Distribution, SceneError, Source, Spanned, SubtreesFrom, buffer_kilobytes,
+    buffer_scenarios,
 };
 
 /// Of all nodes together: ten times what there is a configuration for.
@@ -248,6 +249,10 @@ impl Checker<'_> {
             compression: match &file.compression {
                 None => vec![Compression::None],
                 Some(compression) => self.each_once(compression, "run.compression")?,
+            },
+            subtrees_from: match &file.subtrees_from {
+                None => vec![SubtreesFrom::Master],
+                Some(from) => self.each_once(from, "run.subtrees_from")?,
             },
             samples: NonZeroU32::new(samples).expect("it is at least 1"),
             match_seed: seed.into(),

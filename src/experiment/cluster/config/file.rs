@@ -6,7 +6,7 @@ use serde::Deserialize;
 
 use super::super::machine::{Copies, MasterPlace};
 use super::AnalysisCost;
-use crate::scene::{Compression, MatchRule, Spanned};
+use crate::scene::{Compression, MatchRule, Spanned, SubtreesFrom};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -93,6 +93,7 @@ pub struct RunFile {
     pub matchmakers: Spanned<Vec<MatchRule>>,
     pub copies: Option<Spanned<Vec<Copies>>>,
     pub compression: Option<Spanned<Vec<Compression>>>,
+    pub subtrees_from: Option<Spanned<Vec<SubtreesFrom>>>,
     pub samples: Option<Spanned<i64>>,
     pub match_seed: Option<Spanned<i64>>,
 }

@@ -1,12 +1,14 @@
 //! The simulated master: the client manager's loop, a step at a time.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 
 use super::super::events::{Time, nanoseconds};
+use super::super::load::SubtreeCost;
 use super::super::machine::Copies;
-use super::worker::Message;
+use super::worker::{Fetch, Message};
 use super::{Event, Simulation};
 use crate::scheduler::local_client::{Analysis, NewTask};
+use crate::scheduler::sources::Source;
 use crate::wire::Job;
 
 /// Bytes of a message without contents, to a worker or from it.
@@ -176,36 +178,44 @@ impl Simulation<'_> {
         }
     }
 
-    /// The subtrees that go ahead of a task, in bundles.
+    /// The subtrees that go ahead of a task, in bundles: what other nodes give, and what the master
+    /// does.
     fn add_subtrees(&mut self, client: usize, task: &NewTask) {
-        let node = self.workers[client].node;
-        if self.cluster.is_in_place(node) {
+        if self.cluster.is_in_place(self.workers[client].node) {
             return;
         }
         let load = self.load;
-        let of_tree = |tree: usize| {
-            task.subtrees[tree].iter().map(move |&root| load.subtrees[tree][root as usize])
-        };
-        let all = || of_tree(0).chain(of_tree(1));
-        let bytes: f64 = all().map(|subtree| subtree.sent_bytes).sum();
-        let full = (bytes / BUNDLES).max(SMALLEST_BUNDLE);
-        let (mut bundle, mut make) = (Bundle::default(), 0);
-        let mut left = task.subtrees.iter().map(Vec::len).sum::<usize>();
-        for subtree in all() {
-            left -= 1;
-            bundle.count += 1;
-            bundle.bytes += subtree.sent_bytes;
-            bundle.memory_bytes += subtree.memory_bytes;
-            bundle.place += subtree.place;
-            make += subtree.make;
-            if bundle.bytes >= full || left == 0 {
-                self.nodes[node].sent += 1;
-                self.tally.bytes_sent += bundle.bytes;
-                let message = Message::Subtrees(std::mem::take(&mut bundle));
-                let make = std::mem::take(&mut make);
-                self.master.outbox.push_back(Outgoing { client, message, make });
+        let subtrees = [0, 1].into_iter().flat_map(|tree: usize| {
+            task.subtrees[tree].iter().map(move |&root| &load.subtrees[tree][root as usize])
+        });
+        let (mut own, mut of_others) = (Vec::new(), BTreeMap::<usize, Vec<_>>::new());
+        let node = self.assignment.nodes.of(client);
+        let mut sources = match &mut self.sources {
+            Some(sources) => sources.send(node, task),
+            None => Vec::new(),
+        }
+        .into_iter();
+        for subtree in subtrees {
+            match sources.next().unwrap_or(Source::Master) {
+                Source::Master => own.push(subtree),
+                Source::Node(from) => of_others.entry(from).or_default().push(subtree),
             }
         }
+        for (from, subtrees) in of_others {
+            for (bundle, _) in bundles(&subtrees) {
+                self.tally.bytes_fetched += bundle.bytes;
+                self.add_bundle(client, Message::Fetch(Fetch { from, bundle }), 0);
+            }
+        }
+        for (bundle, make) in bundles(&own) {
+            self.tally.bytes_sent += bundle.bytes;
+            self.add_bundle(client, Message::Subtrees(bundle), make);
+        }
+    }
+
+    fn add_bundle(&mut self, client: usize, message: Message, make: Time) {
+        self.nodes[self.workers[client].node].sent += 1;
+        self.master.outbox.push_back(Outgoing { client, message, make });
     }
 
     fn send(&mut self, outgoing: Outgoing) {
@@ -263,6 +273,9 @@ impl Simulation<'_> {
             Heard::TreeTaken { client } => self.assignment.clients[client].took_tree(),
             Heard::Answers { client, task, scenarios } => {
                 self.tally.last_answer = self.events.now();
+                if let Some(sources) = &mut self.sources {
+                    sources.answered(task);
+                }
                 let state = &mut self.assignment.clients[client];
                 for scenario in scenarios {
                     state.answered(task, scenario).expect("it was given the scenario");
@@ -272,6 +285,27 @@ impl Simulation<'_> {
             }
         }
     }
+}
+
+/// Bundles of these subtrees, and what making their messages takes.
+fn bundles(subtrees: &[&SubtreeCost]) -> Vec<(Bundle, Time)> {
+    let bytes: f64 = subtrees.iter().map(|subtree| subtree.sent_bytes).sum();
+    let full = (bytes / BUNDLES).max(SMALLEST_BUNDLE);
+    let mut bundles = vec![(Bundle::default(), 0)];
+    for subtree in subtrees {
+        let is_full = bundles.last().is_some_and(|(bundle, _)| bundle.bytes >= full);
+        if is_full {
+            bundles.push((Bundle::default(), 0));
+        }
+        let (bundle, make) = bundles.last_mut().expect("there is one");
+        bundle.count += 1;
+        bundle.bytes += subtree.sent_bytes;
+        bundle.memory_bytes += subtree.memory_bytes;
+        bundle.place += subtree.place;
+        *make += subtree.make;
+    }
+    bundles.retain(|(bundle, _)| bundle.count > 0);
+    bundles
 }
 
 /// Bytes of a reply with so many answers.

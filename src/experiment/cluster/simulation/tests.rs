@@ -57,7 +57,12 @@ fn load(ms: &[Time], subtrees: usize) -> Load {
 }
 
 fn policy(rule: MatchRule, q: u32) -> Policy {
-    Policy { rule, seed: 1, buffer: BufferLimits { scenarios: q, bytes: u64::MAX } }
+    Policy {
+        rule,
+        from: SubtreesFrom::Master,
+        seed: 1,
+        buffer: BufferLimits { scenarios: q, bytes: u64::MAX },
+    }
 }
 
 fn run(load: &Load, cluster: &Cluster, rule: MatchRule, q: u32) -> Outcome {
@@ -168,6 +173,19 @@ fn a_node_without_enough_memory_is_found_out() {
     let outcome = run(&load, &ideal(vec![small]), MatchRule::Best, 20);
     assert!(outcome.memory.is_exceeded(), "twenty: {outcome:?}");
     assert_eq!(outcome.memory.fullest_node, 0);
+}
+
+#[test]
+fn what_one_worker_has_others_fetch_from_it() {
+    let load = load(&[5; 200], 4);
+    let cluster = ideal(vec![NODE; 3]);
+    let all_from_master = run(&load, &cluster, MatchRule::Lowest, 2);
+    near(all_from_master.bytes_sent, 3.0 * 4e6);
+    near(all_from_master.bytes_fetched, 0.0);
+    let policy = Policy { from: SubtreesFrom::Workers, ..policy(MatchRule::Lowest, 2) };
+    let outcome = simulate(&load, &cluster, &policy, 200);
+    near(outcome.bytes_sent + outcome.bytes_fetched, 3.0 * 4e6);
+    assert!(outcome.bytes_fetched > 0.0 && outcome.bytes_sent >= 4e6, "{outcome:?}");
 }
 
 /// Subtrees of first tasks are in the master's memory as long as these last.

@@ -13,6 +13,7 @@ pub(super) enum Message {
         bytes: f64,
     },
     Subtrees(Bundle),
+    Fetch(Fetch),
     Task {
         number: u64,
         scenarios: Vec<u32>,
@@ -22,11 +23,20 @@ pub(super) enum Message {
     },
 }
 
+/// Subtrees that a worker gets from a node (of the scheduler's, see [`Sources`]).
+///
+/// [`Sources`]: crate::scheduler::sources::Sources
+pub(super) struct Fetch {
+    pub from: usize,
+    pub bundle: Bundle,
+}
+
 impl Message {
     pub(super) fn bytes(&self) -> f64 {
         match self {
             Self::Tree { bytes } | Self::Task { bytes, .. } => *bytes,
             Self::Subtrees(bundle) => bundle.bytes,
+            Self::Fetch(fetch) => SMALL_MESSAGE * fetch.bundle.count as f64,
         }
     }
 
@@ -34,16 +44,18 @@ impl Message {
     pub(super) fn count(&self) -> Time {
         match self {
             Self::Tree { .. } | Self::Task { .. } => 1,
-            Self::Subtrees(bundle) => bundle.count,
+            Self::Subtrees(bundle) | Self::Fetch(Fetch { bundle, .. }) => bundle.count,
         }
     }
 }
 
 pub(super) struct Worker {
     pub node: usize,
-    inbox: VecDeque<Message>,
+    pub inbox: VecDeque<Message>,
     doing: Option<Message>,
     is_waking: bool,
+    /// It waits for what another worker is to give.
+    pub is_fetching: bool,
     /// It has answered a task.
     has_answered: bool,
     /// What of the geometry is in its memory.
@@ -57,6 +69,7 @@ impl Worker {
             inbox: VecDeque::new(),
             doing: None,
             is_waking: false,
+            is_fetching: false,
             has_answered: false,
             held_bytes: 0.0,
         }
@@ -78,7 +91,8 @@ impl Simulation<'_> {
         self.memory.give_back(self.cluster.master_node(), message.bytes());
         self.memory.take(self.home(worker), message.bytes());
         let state = &mut self.workers[worker];
-        let sleeps = state.doing.is_none() && state.inbox.is_empty() && !state.is_waking;
+        let is_occupied = state.doing.is_some() || state.is_waking || state.is_fetching;
+        let sleeps = !is_occupied && state.inbox.is_empty();
         state.inbox.push_back(message);
         if sleeps {
             state.is_waking = true;
@@ -93,7 +107,7 @@ impl Simulation<'_> {
     }
 
     /// Begins what came next, if the geometry for it is there.
-    fn work_on(&mut self, worker: usize) {
+    pub(super) fn work_on(&mut self, worker: usize) {
         let placed = self.nodes[self.workers[worker].node].placed;
         let state = &mut self.workers[worker];
         let is_ready = match state.inbox.front() {
@@ -104,7 +118,8 @@ impl Simulation<'_> {
             }
             Some(_) => true,
         };
-        if state.doing.is_some() || state.is_waking || !is_ready {
+        let is_occupied = state.doing.is_some() || state.is_waking || state.is_fetching;
+        if is_occupied || !is_ready {
             return;
         }
         let message = state.inbox.pop_front().expect("there is one");
@@ -127,6 +142,7 @@ impl Simulation<'_> {
                 self.tally.placing += own(work);
                 work
             }
+            Message::Fetch(fetch) => receiving + fetch.bundle.count * messages.send,
             Message::Task { scenarios, .. } => {
                 let in_place = self.cluster.is_all_in_place();
                 let costs = scenarios.iter().map(|&scenario| self.load.scenario(scenario));
@@ -151,6 +167,7 @@ impl Simulation<'_> {
                 self.workers[worker].held_bytes += bundle.memory_bytes;
                 self.placed(self.workers[worker].node);
             }
+            Message::Fetch(fetch) => return self.ask_peer(worker, fetch),
             Message::Task { number: task, scenarios, .. } => {
                 self.moves_away(worker);
                 let bytes = reply_bytes(scenarios.len());

@@ -19,6 +19,7 @@ fn measured(evaluation: &Evaluation, speedup: impl Fn(&Step) -> f64) -> Kept {
             best_possible,
             bytes_sent: 8,
             relative_data_transfer: 0.5,
+            bytes_from_workers: 0,
             first_result_s: 0.1,
             pre_analysis_s: 0.1,
             matching_s: 0.1,
@@ -96,6 +97,17 @@ fn transfer_that_does_not_happen_is_said_and_not_drawn() {
     let outcome = Outcome::new(&evaluation, &Value::Null, &kept);
     assert!(outcome.figures.iter().all(|figure| figure.name.ends_with("speedup")));
     assert!(outcome.notes.iter().any(|note| note.contains("no subtree is sent")));
+}
+
+#[test]
+fn subtrees_that_are_not_sent_as_in_the_paper_are_pointed_out() {
+    let mut evaluation = embedded("buffer", 1);
+    evaluation.models[1].scene.engine.compress = Compression::Lz4;
+    evaluation.models[0].scene.engine.subtrees_from = SubtreesFrom::Workers;
+    let kept = measured(&evaluation, |_| 1.0);
+    let outcome = Outcome::new(&evaluation, &Value::Null, &kept);
+    let noted = |words: &str| outcome.notes.iter().any(|note| note.contains(words));
+    assert!(noted("car-car: subtrees are sent compressed") && noted("heavy-car: what workers"));
 }
 
 #[test]
