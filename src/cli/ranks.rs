@@ -27,7 +27,8 @@ pub(super) fn take_part() -> Result<Option<Master>, Failure> {
         return Ok(Some(Master { command: Some(Command::new(Box::new(world))) }));
     }
     let program = std::env::current_exe().context("cannot find my own executable")?;
-    ranks::serve(&mut world, &Processes { program }, &default_base()).map_err(anyhow::Error::from)?;
+    ranks::serve(&mut world, &Processes { program }, &default_base())
+        .map_err(anyhow::Error::from)?;
     Ok(None)
 }
 

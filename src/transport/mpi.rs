@@ -2,12 +2,12 @@
 
 use std::collections::{BTreeMap, VecDeque};
 use std::fmt::{Debug, Formatter};
-use std::time::Duration;
+use std::mem::ManuallyDrop;
+use std::time::{Duration, Instant};
 
 use mpi::Threading;
 use mpi::datatype::Equivalence;
 use mpi::environment::{Universe, initialize_with_threading};
-use mpi::point_to_point::Status;
 use mpi::request::{Request, StaticScope};
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::{Communicator, CommunicatorCollectives, Destination, Source};
@@ -21,9 +21,13 @@ const PIECE: usize = 16 << 20;
 /// Tags of pieces: the last of a message, and the others.
 const LAST: i32 = 0;
 const MORE: i32 = 1;
+/// Of what each rank says to the first when it ends.
+const BYE: i32 = 2;
 
 /// While the last messages leave.
-const PAUSE: Duration = Duration::from_micros(50);
+const PAUSE: Duration = Duration::from_micros(200);
+/// For all ranks to end.
+const PATIENCE: Duration = Duration::from_secs(5);
 
 /// This process among the ranks of its job. MPI ends when this is dropped, in all ranks together.
 pub struct World {
@@ -34,14 +38,16 @@ pub struct World {
     /// Of each rank the pieces so far of the message that it is sending.
     begun: BTreeMap<Rank, Message>,
     traffic: BTreeMap<Rank, Traffic>,
-    /// After everything above.
-    _universe: Universe,
+    /// Of other ranks, those that have ended.
+    gone: usize,
+    /// Ends MPI, which waits for all ranks; not where one of them has gone without a word.
+    universe: ManuallyDrop<Universe>,
 }
 
 /// A piece on its way here.
 struct Incoming {
     from: Rank,
-    is_last: bool,
+    tag: i32,
     bytes: usize,
     words: Lent<u64>,
 }
@@ -94,7 +100,11 @@ impl World {
         let neighbours = all.split_shared(all.rank());
         share_cores(&neighbours);
         let mut lowest = all.rank();
-        neighbours.all_reduce_into(&all.rank(), &mut lowest, mpi::collective::SystemOperation::min());
+        neighbours.all_reduce_into(
+            &all.rank(),
+            &mut lowest,
+            mpi::collective::SystemOperation::min(),
+        );
         let mut machines = vec![0; all.size() as usize];
         all.all_gather_into(&lowest, &mut machines[..]);
         Ok(Self {
@@ -104,7 +114,8 @@ impl World {
             incoming: None,
             begun: BTreeMap::new(),
             traffic: BTreeMap::new(),
-            _universe: universe,
+            gone: 0,
+            universe: ManuallyDrop::new(universe),
         })
     }
 
@@ -125,11 +136,12 @@ impl World {
     /// Begins to receive what has been announced.
     fn look(&self) -> Option<Incoming> {
         let (message, status) = self.all.any_process().immediate_matched_probe()?;
-        let (from, is_last, bytes) = announced(&status);
+        let (from, tag) = (status.source_rank() as Rank, status.tag());
+        let bytes = status.count(u8::equivalent_datatype()) as usize;
         let words = Lent::new(vec![0; bytes.div_ceil(size_of::<u64>())], bytes, |bytes| {
             message.immediate_matched_receive_into(StaticScope, bytes)
         });
-        Some(Incoming { from, is_last, bytes, words })
+        Some(Incoming { from, tag, bytes, words })
     }
 
     /// The whole message that ends with this piece.
@@ -161,15 +173,14 @@ fn share_cores(neighbours: &SimpleCommunicator) {
         own = [0; BYTES]; // More cores than fit: nobody has bound anything.
     }
     let mut all = [0_u8; BYTES];
-    neighbours.all_reduce_into(&own[..], &mut all[..], mpi::collective::SystemOperation::bitwise_or());
+    neighbours.all_reduce_into(
+        &own[..],
+        &mut all[..],
+        mpi::collective::SystemOperation::bitwise_or(),
+    );
     // Where it is not allowed, workers have what this rank has.
     // SAFETY: as many bytes as it is told.
     let _ = unsafe { libc::sched_setaffinity(0, BYTES, all.as_ptr().cast()) };
-}
-
-fn announced(status: &Status) -> (Rank, bool, usize) {
-    let bytes = status.count(u8::equivalent_datatype());
-    (status.source_rank() as Rank, status.tag() == LAST, bytes as usize)
 }
 
 impl Ranks for World {
@@ -202,11 +213,15 @@ impl Ranks for World {
             }
             let Some(incoming) = &mut self.incoming else { return Ok(None) };
             let Some(words) = incoming.words.take_back() else { return Ok(None) };
-            let Incoming { from, is_last, bytes, .. } = *incoming;
+            let Incoming { from, tag, bytes, .. } = *incoming;
             self.incoming = None;
+            if tag == BYE {
+                self.gone += 1;
+                continue;
+            }
             self.traffic.entry(from).or_default().from_worker += bytes as u64;
             let piece = Message::of_words(words, bytes);
-            if let Some(message) = self.joined(from, piece, is_last) {
+            if let Some(message) = self.joined(from, piece, tag == LAST) {
                 return Ok(Some((from, message)));
             }
         }
@@ -222,12 +237,29 @@ impl Ranks for World {
 }
 
 impl Drop for World {
-    /// What was sent leaves before MPI ends.
+    /// What was sent leaves before MPI ends. The first rank ends it when all others have said that they
+    /// end too: if one cannot any more, the launcher sees to the rest.
     fn drop(&mut self) {
-        while !self.outgoing.is_empty() {
-            self.retire();
-            std::thread::sleep(PAUSE);
+        let others = self.machines.len() - 1;
+        let is_first = self.rank() == 0;
+        if !is_first {
+            self.send_piece(0, Vec::new(), BYE);
         }
+        let begin = Instant::now();
+        while !self.outgoing.is_empty() || is_first && self.gone < others {
+            if begin.elapsed() > PATIENCE {
+                // MPI may still use what it was lent.
+                std::mem::forget(std::mem::take(&mut self.outgoing));
+                std::mem::forget(self.incoming.take());
+                return;
+            }
+            // Nobody waits for what others have said meanwhile.
+            if !matches!(self.receive(), Ok(Some(_))) {
+                std::thread::sleep(PAUSE);
+            }
+        }
+        // SAFETY: nobody uses it afterwards, and nothing is on its way.
+        unsafe { ManuallyDrop::drop(&mut self.universe) };
     }
 }
 

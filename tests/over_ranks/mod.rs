@@ -11,10 +11,12 @@ use bumper::scheduler::client_manager::{Engine, EngineError, EngineReport, needs
 use bumper::scheduler::launch::Processes;
 use bumper::scheduler::ranks::{Hybrid, NodeIs, OnNodes};
 use bumper::transport::ranks::Rank;
-use bumper::tree::roots::Cut;
 use bumper::tree::TreeKind;
+use bumper::tree::roots::Cut;
 
-use crate::engine_run::{Answer, Options, Place, Recorder, Scene, kill, options, shared_memory_files};
+use crate::engine_run::{
+    Answer, Options, Place, Recorder, Scene, kill, options, shared_memory_files,
+};
 
 static GO_ON: AtomicBool = AtomicBool::new(false);
 
@@ -119,11 +121,8 @@ fn workers_of_a_node_have_one_copy_of_what_it_was_sent() {
 fn a_worker_that_dies_on_another_node_is_replaced_there_and_loses_no_scenario() {
     let scene = Scene::new(40, 300);
     for moment in [0, 150] {
-        let (report, answers) = with_engine(
-            &[0, 1, 1],
-            NodeIs::Machine,
-            &options(1),
-            |engine, place| {
+        let (report, answers) =
+            with_engine(&[0, 1, 1], NodeIs::Machine, &options(1), |engine, place| {
                 let on_result = |scenario| {
                     if scenario == moment {
                         place.workers().into_iter().for_each(kill);
@@ -133,8 +132,7 @@ fn a_worker_that_dies_on_another_node_is_replaced_there_and_loses_no_scenario() 
                 let mut recorder = Recorder { answers: vec![], set_aside: vec![], on_result };
                 let report = scene.run_on(engine, &options(1), &mut recorder, &GO_ON).unwrap();
                 (report, recorder.answers)
-            },
-        );
+            });
         assert!(answers == scene.truth(), "killed at {moment}");
         assert!(report.workers.iter().all(|worker| worker.died && worker.restarts == 1));
         // Its memory is the node's: what was sent is not sent again.

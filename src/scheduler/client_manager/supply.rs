@@ -18,10 +18,16 @@ use crate::tree::subtree::{Subtrees, compressed};
 use crate::wire::InPlaceTree;
 
 pub(super) enum Supply<'a> {
-    InPlace { keys: [TreeKey; 2], start_from: StartFrom },
+    InPlace {
+        keys: [TreeKey; 2],
+        start_from: StartFrom,
+    },
     Sent(Box<[SentTree<'a>; 2]>),
     /// In place on this machine; elsewhere subtrees are sent, once to each node.
-    Nodes { keys: [TreeKey; 2], trees: Box<[SentTree<'a>; 2]> },
+    Nodes {
+        keys: [TreeKey; 2],
+        trees: Box<[SentTree<'a>; 2]>,
+    },
 }
 
 /// How a client comes to what it needs.

@@ -160,7 +160,8 @@ impl<'a> ToNode<'a> {
         let worker = header.worker();
         Ok(match header.kind {
             LEAD => {
-                let described = WireError::Length { found: body.len(), described: size_of::<Lead>() };
+                let described =
+                    WireError::Length { found: body.len(), described: size_of::<Lead>() };
                 Self::Lead(*bytemuck::try_from_bytes(body).map_err(|_| described)?)
             }
             START => Self::Start { worker, role: text(body)? },

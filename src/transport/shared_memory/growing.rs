@@ -77,9 +77,8 @@ impl Grown {
         let (access, shared) = (libc::PROT_READ, libc::MAP_SHARED);
         // SAFETY: a new mapping, where the kernel wants it, of a file that is that long and that
         // nobody makes shorter.
-        let start = unsafe {
-            libc::mmap(std::ptr::null_mut(), bytes, access, shared, file.as_raw_fd(), 0)
-        };
+        let start =
+            unsafe { libc::mmap(std::ptr::null_mut(), bytes, access, shared, file.as_raw_fd(), 0) };
         if start == libc::MAP_FAILED {
             return Err(io::Error::last_os_error());
         }

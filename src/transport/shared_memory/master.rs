@@ -12,9 +12,9 @@ use iceoryx2::prelude::*;
 
 use super::channel::{self, Cell, Length, Received, cells, service, service_error};
 use super::doorbell::Doorbell;
+use super::growing::Growing;
 use super::room::{self, require_room};
 use super::run_directory::RunDirectory;
-use super::growing::Growing;
 use super::{KEYS, LOOKS_PER_POLL, NAME, NODE};
 use crate::transport::descriptors::{self, is_any_readable};
 use crate::transport::{

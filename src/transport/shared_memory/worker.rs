@@ -10,7 +10,8 @@ use super::doorbell::Doorbell;
 use super::growing::Grown;
 use super::{KEYS, LOOKS_PER_POLL, room, run_directory};
 use crate::transport::{
-    GeometryInPlace, GrowingGeometry, REPLY_BYTES, TransportError, WakeUp, WorkerEnd, WorkerId, attach,
+    GeometryInPlace, GrowingGeometry, REPLY_BYTES, TransportError, WakeUp, WorkerEnd, WorkerId,
+    attach,
 };
 
 /// A published image in shared memory, mapped read-only.

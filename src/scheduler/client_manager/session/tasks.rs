@@ -8,9 +8,7 @@ use super::super::supply::Way;
 use super::Session;
 use crate::scene::{EngineOptions, StartFrom};
 use crate::scheduler::launch::Launch;
-use crate::scheduler::local_client::{
-    Analysis, Buffered, NewTask, OUTSTANDING_TASKS, Unexpected,
-};
+use crate::scheduler::local_client::{Analysis, Buffered, NewTask, OUTSTANDING_TASKS, Unexpected};
 use crate::scheduler::sources::Source;
 use crate::transport::MasterEnd;
 use crate::transport::peer::PeerName;
