@@ -151,6 +151,8 @@ fn without_overlap(names: &[&str], marks: &[Place]) -> Vec<Placed> {
             (x + beside, y + above),
             (x - beside - width, y - above),
             (x - beside - width, y + above),
+            (x + beside, y + 2 * above),
+            (x + beside, y - 2 * above),
         ];
         let is_free = |&(left, middle): &Place| {
             let clear_of = |from: i32, to: i32, at: i32, half: i32| {

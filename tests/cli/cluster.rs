@@ -1,11 +1,14 @@
 //! `bumper cluster`: tiny meshes, simulated on clusters of a few nodes. What is recorded differs from run
-//! to run; what a recording is simulated to is the same for good.
+//! to run; what a recording is simulated to does not.
 
 use std::fs;
 
 use serde_json::Value;
 
 use super::{CAR, Place, TRACKED, json, refused, stderr, stdout, succeeded};
+
+const CLUSTERS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/config/clusters");
+const README: &str = include_str!("../../README.md");
 
 /// Two fast nodes and a slow one, with a scene beside it.
 fn small(place: &Place, more: &str) -> String {
@@ -127,16 +130,67 @@ fn shared_memory_in_a_node_and_compression_send_less() {
     assert!(sent("process", "lz4") < sent("process", "none"));
 }
 
+/// A configuration of ours with a scene of few scenarios and tiny meshes, fewer of them, and one value in
+/// each sweep.
+fn in_short(place: &Place, name: &str, tree: &str) -> String {
+    small(place, "");
+    let scene = fs::read_to_string(place.path("scene.toml")).unwrap();
+    let scene =
+        place.write("short_scene.toml", &format!("{scene}tree = {{ kind = \"{tree}\" }}\n"));
+    let text = fs::read_to_string(format!("{CLUSTERS}/{name}")).unwrap();
+    let line = |line: &str| match line.split_once(" = ") {
+        Some(("scene", _)) => String::new(),
+        Some(("name", name)) => format!("name = {name}\nscene = \"{scene}\""),
+        Some(("scenarios", list)) if list.starts_with('[') => "scenarios = [40]".to_owned(),
+        Some(("scenarios", _)) => "scenarios = 40".to_owned(),
+        Some(("depths", list)) if list.contains("14") => "depths = [5]".to_owned(),
+        Some(("depths", _)) => "depths = [5, 3]".to_owned(),
+        _ => line.to_owned(),
+    };
+    place.write(name, &text.lines().map(|text| line(text) + "\n").collect::<String>())
+}
+
+/// What a command of the README prints, with a file of its own and more arguments.
+fn shortened(place: &Place, command: &str, config: &str, more: &[&str]) -> String {
+    assert!(README.contains(&format!("\n{command}\n")), "{command}");
+    let words = command.split_whitespace().skip(1);
+    let words = words.map(|word| match word {
+        word if word.ends_with(".toml") => config.to_owned(),
+        "results" => place.text("results"),
+        word => word.to_owned(),
+    });
+    let words: Vec<_> = words.collect();
+    let words: Vec<&str> = words.iter().map(String::as_str).chain(more.iter().copied()).collect();
+    let output = place.run(&words);
+    succeeded(&output);
+    stdout(&output)
+}
+
+#[test]
+fn the_papers_cluster_is_simulated_in_all_four_sweeps() {
+    let place = Place::new();
+    let command = "bumper cluster config/clusters/paper.toml --out results";
+    let config = in_short(&place, "paper.toml", "obb");
+    let words = shortened(&place, command, &config, &[]);
+    for sweep in ["by amount of scenarios", "by depth", "by size of", "by processing units"] {
+        assert!(words.contains(sweep), "{words}");
+    }
+    assert!(place.path("results/paper-units-speedup.svg").exists());
+    let report = json(&place.path("results/cluster.json"));
+    let last = report["points"].as_array().unwrap().last().unwrap();
+    assert_eq!((&last["workers"], last["x"].as_f64().unwrap().round()), (&28.into(), 25.0));
+    let boxes = place
+        .write("boxes.toml", &fs::read_to_string(&config).unwrap().replace("short_scene", "scene"));
+    refused(&place.run(&["cluster", &boxes]), 2, &["scale.analysis", "obb", "wide"]);
+}
+
 #[test]
 fn the_simulation_is_held_against_the_engine() {
     let place = Place::new();
-    let text = fs::read_to_string(small(&place, "")).unwrap();
-    let nodes = text.lines().find(|line| line.starts_with("nodes")).unwrap();
-    let here = text.replace(nodes, "nodes = [{ count = 1, cores = 2 }]");
-    let here = place.write("here.toml", &here);
-    let output = place.run(&["cluster", &here, "--validate", "--json"]);
-    succeeded(&output);
-    let report: Value = serde_json::from_str(&stdout(&output)).unwrap();
+    let command = "bumper cluster config/clusters/this_machine.toml --validate";
+    let config = in_short(&place, "this_machine.toml", "wide");
+    let words = shortened(&place, command, &config, &["--json"]);
+    let report: Value = serde_json::from_str(&words).unwrap();
     let rows = report["validation"].as_array().unwrap();
     let transports: Vec<_> = rows.iter().map(|row| row["transport"].as_str().unwrap()).collect();
     assert_eq!(transports, ["pipe", "iceoryx2"]);
@@ -145,7 +199,7 @@ fn the_simulation_is_held_against_the_engine() {
             assert!(row[key].as_f64().unwrap() > 0.0, "{row}");
         }
     }
-    let elsewhere = place.text("small.toml");
+    let elsewhere = small(&place, "");
     refused(&place.run(&["cluster", &elsewhere, "--validate"]), 2, &["--validate", "one node"]);
 }
 

@@ -92,7 +92,9 @@ fn outputs_of_every_command_become_one_page() {
         }
     }
     assert_eq!(fs::read_dir(figures).unwrap().count(), 13);
-    assert!(!page.contains("http"), "nothing is asked of any network");
+    for address in ["http:", "https:", "url(", "src="] {
+        assert!(!page.contains(address), "nothing is asked of any network");
+    }
     for svg in ["bench/latency.svg", "bench/throughput.svg", "levels/accuracy.svg"] {
         assert!(place.path(svg).exists(), "{svg} is written by its command");
     }

@@ -28,9 +28,8 @@ fn compressed_subtrees_are_fewer_bytes_and_counted_as_they_are_sent() {
         assert_eq!((plain.transfer.bytes_plain, plain.transfer.bytes_packed), (before, before));
         assert!(packed.bytes_sent <= after && packed.bytes_sent > after / 2);
         assert!(packed.relative_data_transfer < plain.relative_data_transfer);
-        // One worker is sent the same subtrees, in messages that else are the same.
-        let saved = plain.bytes_sent - packed.bytes_sent;
-        assert_eq!(message_bytes(&plain) - message_bytes(&packed), saved);
+        // One worker is sent the same subtrees, whatever the batches.
+        assert!(message_bytes(&packed) < message_bytes(&plain));
     }
 }
 

@@ -34,7 +34,7 @@ pub struct Validated {
     pub transport: Transport,
     pub workers: usize,
     pub simulated_s: f64,
-    /// Of [`ROUNDS`] measurements.
+    /// The least of several measurements.
     pub best_s: f64,
     pub median_s: f64,
     /// Simulated over the best measured.

@@ -61,6 +61,7 @@ fn section_html(number: usize, section: &Section) -> Result<String, FigureError>
         "<section id=\"s{number}\">\n<h2>{heading}</h2>\n<p class=\"origin\">{origin}</p>\n"
     );
     html += &made_by(&section.made_by);
+    html += &notes(&section.notes);
     for drawing in &section.drawings {
         html += &figure_html(number, drawing)?;
     }
@@ -82,6 +83,14 @@ fn made_by(facts: &[[String; 2]]) -> String {
         format!("<div><dt>{}</dt><dd>{}</dd></div>\n", escaped(name), escaped(value))
     };
     format!("<dl>\n{}</dl>\n", facts.iter().map(entry).collect::<String>())
+}
+
+fn notes(notes: &[String]) -> String {
+    let item = |note: &String| format!("<li>{}</li>\n", escaped(note));
+    match notes {
+        [] => String::new(),
+        notes => format!("<ul>\n{}</ul>\n", notes.iter().map(item).collect::<String>()),
+    }
 }
 
 fn figure_html(section: usize, drawing: &Drawing) -> Result<String, FigureError> {

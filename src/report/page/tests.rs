@@ -23,6 +23,7 @@ fn section(text: &str) -> Section {
         heading: text.to_owned(),
         origin: PathBuf::from(text),
         made_by: vec![[text.to_owned(), text.to_owned()]],
+        notes: row(),
         drawings: vec![figure.into(), Drawing::Accuracy(plot)],
         tables: vec![Table { title: text.to_owned(), columns: row(), rows: vec![row()] }],
         json: serde_json::to_string(text).unwrap(),

@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use super::{Body, ReadFile, Shown, SourceError, table};
+use super::{Body, ReadFile, Shown, SourceError, table, unfinished};
 use crate::geometry::TriangleTest;
 use crate::report::Drawing;
 use crate::report::accuracy_plot::{self, AccuracyPlot, Mark};
@@ -12,6 +12,7 @@ use crate::tree::Accuracy;
 #[derive(Deserialize)]
 struct Report {
     scenarios: u64,
+    scenarios_asked: u64,
     simd: String,
     levels: Vec<Level>,
     scene: Scene,
@@ -79,6 +80,7 @@ pub(super) fn show(file: &ReadFile<'_>) -> Result<Shown, SourceError> {
     ];
     Ok(Shown {
         heading: format!("Accuracy: {names}"),
+        notes: unfinished(report.scenarios, report.scenarios_asked),
         drawings,
         tables: vec![table("Every level", &columns, report.levels.iter().map(cells).collect())],
     })

@@ -89,6 +89,7 @@ pub(super) fn show_transport(file: &ReadFile<'_>) -> Result<Shown, SourceError> 
     };
     Ok(Shown {
         heading: "Bench: transports".to_owned(),
+        notes: Vec::new(),
         drawings: vec![latency.into(), bandwidth.into()],
         tables: vec![table("Every combination", &columns, rows.iter().map(cells).collect())],
     })
@@ -148,6 +149,7 @@ pub(super) fn show_engine(file: &ReadFile<'_>) -> Result<Shown, SourceError> {
     };
     Ok(Shown {
         heading: "Bench: engines".to_owned(),
+        notes: Vec::new(),
         drawings: vec![per_second.into(), speedup.into(), transfer.into()],
         tables: vec![table("Every combination", &columns, rows.iter().map(cells).collect())],
     })

@@ -9,12 +9,14 @@ use crate::report::figure::{Figure, Table};
 struct Measured {
     kind: String,
     name: String,
+    #[serde(default)]
+    notes: Vec<String>,
     figures: Vec<Figure>,
     tables: Vec<Table>,
 }
 
 pub(super) fn show(file: &ReadFile<'_>, expected: &'static str) -> Result<Shown, SourceError> {
-    let Measured { kind, name, figures, tables } = file.parse()?;
+    let Measured { kind, name, notes, figures, tables } = file.parse()?;
     if kind != expected {
         return Err(SourceError::Kind { path: file.path.clone(), found: kind, expected });
     }
@@ -22,5 +24,6 @@ pub(super) fn show(file: &ReadFile<'_>, expected: &'static str) -> Result<Shown,
         "cluster" => format!("Simulated cluster: {name}"),
         _ => format!("Experiment: {name}"),
     };
-    Ok(Shown { heading, drawings: figures.into_iter().map(Into::into).collect(), tables })
+    let drawings = figures.into_iter().map(Into::into).collect();
+    Ok(Shown { heading, notes, drawings, tables })
 }

@@ -18,7 +18,7 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use super::Drawing;
-use super::figure::{FigureError, Table, number};
+use super::figure::{FigureError, Table, grouped, number};
 
 /// What is to be shown of one command's output.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,6 +28,8 @@ pub struct Section {
     pub origin: PathBuf,
     /// What made it, and the machine it was made on: names and values.
     pub made_by: Vec<[String; 2]>,
+    /// What has to be known to read the figures.
+    pub notes: Vec<String>,
     pub drawings: Vec<Drawing>,
     pub tables: Vec<Table>,
     /// All of the file.
@@ -122,8 +124,8 @@ impl Source {
             .map_err(|source| SourceError::Figure { path: file.path.clone(), source })?;
         let MadeBy { versions, machine } = file.parse()?;
         let made_by = [versions, machine].iter().flat_map(|value| facts("", value)).collect();
-        let (Shown { heading, drawings, tables }, origin) = (shown, file.path);
-        Ok(Section { heading, origin, made_by, drawings, tables, json })
+        let (Shown { heading, notes, drawings, tables }, origin) = (shown, file.path);
+        Ok(Section { heading, origin, made_by, notes, drawings, tables, json })
     }
 }
 
@@ -177,6 +179,7 @@ struct MadeBy {
 
 struct Shown {
     heading: String,
+    notes: Vec<String>,
     drawings: Vec<Drawing>,
     tables: Vec<Table>,
 }
@@ -194,6 +197,11 @@ fn facts(prefix: &str, value: &Value) -> Vec<[String; 2]> {
             _ => facts(&spaced(name), value),
         };
     entries.iter().flat_map(fact).collect()
+}
+
+fn unfinished(done: u64, asked: u64) -> Vec<String> {
+    let note = || format!("not finished: {} of {} scenarios", grouped(done), grouped(asked));
+    (done < asked).then(note).into_iter().collect()
 }
 
 fn spaced(name: &str) -> String {

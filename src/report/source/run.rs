@@ -5,16 +5,17 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 
 use super::scenarios::{Column, Scenarios};
-use super::{Body, ReadFile, Shown, SourceError, listed, table};
+use super::{Body, ReadFile, Shown, SourceError, listed, table, unfinished};
 use crate::report::Drawing;
 use crate::report::figure::{Axis, Figure, Point, Scale, Series, Table, grouped, number};
 
 #[derive(Deserialize)]
 struct Run {
-    interrupted: bool,
     accuracy: String,
     scenarios: u64,
     scenarios_asked: u64,
+    #[serde(default)]
+    answered_before: u64,
     colliding: u64,
     pairs: u64,
     set_aside: Vec<u32>,
@@ -134,9 +135,23 @@ pub(super) fn show(file: &ReadFile<'_>) -> Result<Shown, SourceError> {
     ];
     Ok(Shown {
         heading: format!("Run: {} against {}", run.scene.fixed.name(), run.scene.moving.name()),
+        notes: notes(&run),
         drawings: drawings.into_iter().flatten().map(Drawing::from).collect(),
         tables: tables.into_iter().flatten().collect(),
     })
+}
+
+fn notes(run: &Run) -> Vec<String> {
+    let mut notes = unfinished(run.scenarios, run.scenarios_asked);
+    if run.answered_before > 0 {
+        let before = grouped(run.answered_before);
+        notes.push(format!("{before} scenarios are an earlier run's: times are of the others"));
+    }
+    if !run.set_aside.is_empty() {
+        let count = grouped(run.set_aside.len() as u64);
+        notes.push(format!("{count} scenarios have no answer: every worker at them died"));
+    }
+    notes
 }
 
 /// The share of scenarios that took at most so long.
@@ -249,13 +264,11 @@ fn totals(run: &Run) -> Table {
         let (triangles, bytes) = (grouped(mesh.triangles), grouped(mesh.tree_bytes));
         format!("{}: {triangles} triangles, tree of {bytes} bytes", body.name())
     };
-    let stopped = if run.interrupted { ", interrupted" } else { "" };
     let asked = grouped(run.scenarios_asked);
     let rows = [
         ("fixed", mesh(&run.scene.fixed, &run.fixed)),
         ("moving", mesh(&run.scene.moving, &run.moving)),
-        ("scenarios", format!("{} of {asked}{stopped}", grouped(run.scenarios))),
-        ("set aside", grouped(run.set_aside.len() as u64)),
+        ("scenarios", format!("{} of {asked}", grouped(run.scenarios))),
         ("colliding", grouped(run.colliding)),
         ("pairs", format!("{} ({})", grouped(run.pairs), run.accuracy)),
         ("scenarios a second", number(run.scenarios_per_s)),

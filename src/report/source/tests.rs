@@ -22,6 +22,7 @@ fn experiment(kind: &str) -> Value {
             "series": [{ "name": "best", "points": [{ "x": 1.0, "y": 1.0, "spread": [0.9, 1.1] }] }]
         }],
         "tables": [{ "title": "Table 2", "columns": ["n", "s"], "rows": [["1", "2"]] }],
+        "notes": ["every point is the mean of three samples"],
         "points": [{ "raw": 1 }]
     })
 }
@@ -33,7 +34,7 @@ fn run() -> Value {
     });
     json!({
         "schema_version": 1, "versions": { "bumper": "0.1.0" }, "machine": { "cores": 2 },
-        "interrupted": false, "accuracy": "exact", "scenarios": 3, "scenarios_asked": 3,
+        "accuracy": "exact", "scenarios": 3, "scenarios_asked": 3,
         "colliding": 2, "pairs": 1234, "set_aside": [], "transport": "threads",
         "matchmaker": "best", "simd": "avx2", "bytes_published": 5, "bytes_copied": 0,
         "relative_data_transfer": 0.0, "scenarios_per_s": 100.0,
@@ -74,8 +75,15 @@ fn refused(files: &[(&str, &str)], words: &[&str]) {
 fn experiments_and_clusters_bring_their_figures() {
     for kind in ["experiment", "cluster"] {
         let page = shown(&[(&format!("{kind}.json"), &experiment(kind).to_string())]);
-        for words in ["<h2>", ": units</h2>", "Table 2", "1 (0.9 to 1.1)", "16 GB", "&lt;b&gt;cpu"]
-        {
+        for words in [
+            "<h2>",
+            ": units</h2>",
+            "Table 2",
+            "1 (0.9 to 1.1)",
+            "16 GB",
+            "<li>every point",
+            "&lt;b&gt;cpu",
+        ] {
             assert!(page.contains(words), "{words}");
         }
         assert!(!page.contains("<dt>none"), "what is not known is not shown");
@@ -123,10 +131,15 @@ fn a_run_of_nothing_is_shown_too() {
     for empty in ["effects", "worker_reports"] {
         run[empty] = json!([]);
     }
+    run["set_aside"] = json!([0, 1]);
+    run["answered_before"] = 1.into();
     run["compute_us"] = json!({ "mean": 0.0, "median": 0.0, "p99": 0.0, "max": 0.0 });
     let page =
         shown(&[("summary.json", &run.to_string()), ("scenarios.csv", "scenario,colliding\n")]);
-    assert!(page.contains("0 of 3"), "{page}");
+    for note in ["not finished: 0 of 3", "2 scenarios have no answer", "1 scenarios are an earlier"]
+    {
+        assert!(page.contains(note), "{page}");
+    }
 }
 
 #[test]

@@ -1,7 +1,8 @@
 //! The page around its payload.
 
 use super::View;
-use crate::mesh::{base64, gzip};
+use crate::mesh::base64::encoded;
+use crate::mesh::gzip::compressed;
 
 /// Built from `viewer/src` by `viewer/build.sh`.
 const SCRIPT: &str = include_str!("../../../viewer/dist/viewer.js");
@@ -14,7 +15,7 @@ const FRAME: &str = include_str!("../../../viewer/src/page.html");
 /// The whole of it. What is not ours (names of files) is in the payload, which no browser takes for
 /// HTML.
 pub fn page(view: &View<'_>) -> String {
-    let payload = base64::encoded(&gzip::compressed(&view.payload()));
+    let payload = encoded(&compressed(&view.payload()));
     let mut rest = FRAME;
     let mut page = String::with_capacity(FRAME.len() + STYLE.len() + SCRIPT.len() + payload.len());
     let policy = content_security_policy();

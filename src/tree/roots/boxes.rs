@@ -62,7 +62,7 @@ mod tests {
 
     #[test]
     fn a_box_holds_every_corner_of_the_triangles_below_it() {
-        let mesh = "builtin:car?triangles=600".parse::<MeshSource>().unwrap().load().unwrap();
+        let mesh = "builtin:car?triangles=1000".parse::<MeshSource>().unwrap().load().unwrap();
         for kind in TreeKind::ALL {
             let image = build(&mesh, BuildOptions { kind });
             let tree = image.view();
