@@ -199,7 +199,7 @@ mod tests {
     #[test]
     fn times_and_errors_that_cannot_be_are_refused() {
         for bad in [mark(0.0, 1.0), mark(1.0, -1.0), mark(f64::NAN, 1.0), mark(1.0, 1e300)] {
-            assert!(plot(&[bad.clone()]).to_svg().is_err(), "{bad:?}");
+            assert!(plot(std::slice::from_ref(&bad)).to_svg().is_err(), "{bad:?}");
         }
     }
 

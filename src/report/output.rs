@@ -384,6 +384,7 @@ mod tests {
         assert_eq!(files.answered().collect::<Vec<_>>(), [0, 2]);
         write(&mut files, 1, &[[3, 4], [5, 6]]).unwrap();
         files.finish_tables().unwrap();
+        drop(files);
         let rows = fs::read_to_string(&csv).unwrap();
         let numbers: Vec<_> = rows.lines().map(|line| line.split(',').next().unwrap()).collect();
         assert_eq!(numbers, ["scenario", "0", "1", "2"]);

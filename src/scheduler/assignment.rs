@@ -2,9 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::local_client::{
-    Analysis, Indicators, LocalClient, NewTask, OUTSTANDING_TASKS, SubtreeBytes,
-};
+use super::local_client::{Analysis, Indicators, LocalClient, NewTask, SubtreeBytes};
 use super::matchmaker::{Candidate, Matchmaker};
 use super::node::Nodes;
 
@@ -216,7 +214,8 @@ impl Assignment {
     fn full_buffer(&self) -> usize {
         let untouched = self.end.saturating_sub(self.next) as usize;
         let left = self.buffered + self.returned.len() + untouched;
-        let share = left.div_ceil((OUTSTANDING_TASKS * self.alive).max(1));
+        let most_tasks = self.clients.first().map_or(1, LocalClient::most_tasks);
+        let share = left.div_ceil((most_tasks * self.alive).max(1));
         share.clamp(1, self.limits.scenarios as usize)
     }
 }

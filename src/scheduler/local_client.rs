@@ -82,6 +82,8 @@ pub struct LocalClient {
     tasks: VecDeque<Task>,
     /// Trees that the worker was told of and has not taken yet: so long it is given no task.
     trees_awaited: u32,
+    /// Tasks that it may have before it is claimed.
+    most_tasks: usize,
 }
 
 impl Default for LocalClient {
@@ -91,11 +93,21 @@ impl Default for LocalClient {
             buffer: Vec::new(),
             tasks: VecDeque::new(),
             trees_awaited: 0,
+            most_tasks: OUTSTANDING_TASKS,
         }
     }
 }
 
 impl LocalClient {
+    /// One that is claimed with so many tasks, at least one.
+    pub fn with_most_tasks(most_tasks: usize) -> Self {
+        Self { most_tasks, ..Self::default() }
+    }
+
+    pub fn most_tasks(&self) -> usize {
+        self.most_tasks
+    }
+
     pub fn ready(&mut self) -> Result<(), Unexpected> {
         match self.state {
             State::Starting => {
@@ -137,9 +149,7 @@ impl LocalClient {
 
     /// Whether it could be sent another task.
     pub fn has_room_for_task(&self) -> bool {
-        self.state == State::Ready
-            && self.trees_awaited == 0
-            && self.tasks.len() < OUTSTANDING_TASKS
+        self.state == State::Ready && self.trees_awaited == 0 && self.tasks.len() < self.most_tasks
     }
 
     /// The buffer becomes a task, ascending by scenario.
@@ -191,14 +201,18 @@ impl LocalClient {
     /// Returns what it leaves to others: scenarios that were sent or buffered and have no answer.
     pub fn die(&mut self) -> Vec<u32> {
         let Self { tasks, buffer, .. } =
-            std::mem::replace(self, Self { state: State::Dead, ..Self::default() });
+            std::mem::replace(self, Self { state: State::Dead, ..self.anew() });
         let sent = tasks.into_iter().flat_map(|task| task.unanswered);
         sent.chain(buffer.into_iter().map(|buffered| buffered.scenario)).collect()
     }
 
     /// Another worker is started in the place of a dead one.
     pub fn restart(&mut self) {
-        *self = Self::default();
+        *self = self.anew();
+    }
+
+    fn anew(&self) -> Self {
+        Self::with_most_tasks(self.most_tasks)
     }
 
     fn current(&mut self, task: u64) -> Result<&mut Task, Unexpected> {

@@ -111,12 +111,12 @@ fn what_cannot_be_shown_is_refused() {
 #[test]
 fn names_of_files_are_no_part_of_the_html() {
     let place = Place::new();
-    let name = "<img src=x onerror=alert(1)>'\"&.ply";
+    let name = "<img src=x onerror=alert(73)>'\"&.ply";
     let mesh =
         "builtin:car?triangles=1000".parse::<bumper::mesh::MeshSource>().unwrap().load().unwrap();
     bumper::mesh::write_ply(&mesh, &place.path(name)).unwrap();
     let arguments = ["--fixed", name, "--moving", name, "--count", "1", "--workers", "1"];
     succeeded(&place.view(&arguments));
     let page = fs::read_to_string(place.path("bumper.html")).unwrap();
-    assert!(!page.contains("onerror") && !page.contains("<img"));
+    assert!(!page.contains("alert(73)") && !page.contains("<img src=x"));
 }

@@ -59,8 +59,9 @@ export class Stage {
     requestAnimationFrame((now) => {
       this.isAsked = false;
       this.fly(now);
-      this.fitDepth();
+      // They say what there is, which the depth has to hold.
       this.listeners.forEach((listener) => listener(this));
+      this.fitDepth();
       this.renderer.render(this.scene, this.camera);
       this.canvas.dataset.frame = String(Number(this.canvas.dataset.frame ?? 0) + 1);
     });

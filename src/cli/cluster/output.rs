@@ -21,6 +21,8 @@ pub struct ClusterReport {
     versions: Versions,
     machine: Machine,
     recorded: Recorded,
+    /// What has to be known to read the figures.
+    notes: Vec<String>,
     figures: Vec<Figure>,
     tables: Vec<Table>,
     /// Of each series of a sweep over units.
@@ -77,6 +79,7 @@ impl ClusterReport {
             versions: Versions::this(),
             machine: Machine::this(),
             recorded: Recorded::of(recording),
+            notes: saturation.iter().map(Saturation::sentence).collect(),
             figures,
             tables,
             saturation,
@@ -108,11 +111,11 @@ impl ClusterReport {
         for table in &self.tables {
             text += &format!("\n{}\n{}", table.title, aligned(table));
         }
-        if !self.saturation.is_empty() {
+        if !self.notes.is_empty() {
             text += "\n";
         }
-        for saturation in &self.saturation {
-            text += &format!("{}\n", saturation.sentence());
+        for note in &self.notes {
+            text += &format!("{note}\n");
         }
         text
     }

@@ -68,6 +68,8 @@ pub struct Run {
     pub point: Point,
     /// V, in bytes.
     pub buffer_bytes: u64,
+    /// That a client may have before it is claimed.
+    pub most_tasks: usize,
     pub matchmakers: Vec<MatchRule>,
     pub copies: Vec<Copies>,
     pub compression: Vec<Compression>,

@@ -32,6 +32,8 @@ use worker::{Fetch, Message, Worker};
 #[derive(Clone, Copy, Debug)]
 pub struct Policy {
     pub rule: MatchRule,
+    /// That a client may have before it is claimed.
+    pub most_tasks: usize,
     pub from: SubtreesFrom,
     /// Of the random matchmaker.
     pub seed: u64,
@@ -106,7 +108,8 @@ impl<'a> Simulation<'a> {
     fn new(load: &'a Load, cluster: &'a Cluster, policy: &Policy, scenarios: u32) -> Self {
         let of = cluster.worker_nodes();
         let computers = cluster.computers();
-        let mut clients: Vec<_> = of.iter().map(|_| LocalClient::default()).collect();
+        let client = |_: &usize| LocalClient::with_most_tasks(policy.most_tasks);
+        let mut clients: Vec<_> = of.iter().map(client).collect();
         clients.iter_mut().for_each(|client| client.ready().expect("it is a new one"));
         let nodes = match cluster.copies {
             Copies::Process => Nodes::private(of.len()),

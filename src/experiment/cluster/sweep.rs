@@ -153,7 +153,14 @@ fn cluster(config: &Config, task: &Task, score_root: f64) -> Cluster {
 
 fn policy(config: &Config, task: &Task, seed: u64) -> Policy {
     let (scenarios, bytes) = (task.point.buffer.get(), config.run.buffer_bytes);
-    Policy { rule: task.rule, from: task.from, seed, buffer: BufferLimits { scenarios, bytes } }
+    let most_tasks = config.run.most_tasks;
+    Policy {
+        rule: task.rule,
+        most_tasks,
+        from: task.from,
+        seed,
+        buffer: BufferLimits { scenarios, bytes },
+    }
 }
 
 fn seeds(config: &Config, rule: MatchRule) -> impl Iterator<Item = u64> + use<> {

@@ -16,6 +16,7 @@ use crate::experiment::latency::{self, LatencyError, LatencyOptions, LatencyRow}
 use crate::experiment::throughput::{self, ThroughputError};
 use crate::scene::{Compression, SubtreesFrom, Transport};
 use crate::scheduler::assignment::BufferLimits;
+use crate::scheduler::local_client::OUTSTANDING_TASKS;
 use crate::transport::WakeUp;
 
 /// With subtrees that are sent, and with geometry in place.
@@ -106,7 +107,8 @@ fn simulated(
     let load = Load::of(recording, cut, Compression::None, &config.scale);
     let (rule, scenarios) = (config.run.matchmakers[0], config.run.point.buffer.get());
     let buffer = BufferLimits { scenarios, bytes: config.run.buffer_bytes };
-    let policy = Policy { rule, from: SubtreesFrom::Master, seed: config.run.match_seed, buffer };
+    let (most_tasks, from, seed) = (OUTSTANDING_TASKS, SubtreesFrom::Master, config.run.match_seed);
+    let policy = Policy { rule, most_tasks, from, seed, buffer };
     let cluster = cluster(config, copies, messages);
     simulate(&load, &cluster, &policy, recording.serial_ns.len() as u32).time_s
 }

@@ -81,6 +81,7 @@ impl Look {
 const FILE_STYLE: &str = "<style>svg:root{color:#1a1a1a;background:#fff}\
     @media screen and (prefers-color-scheme:dark){svg:root{color:#e4e4e4;background:#16191d}}\
     </style>";
+const FONT_FAMILY: &str = " font-family=\"sans-serif\"";
 const NAMESPACE: &str = " xmlns=\"http://www.w3.org/2000/svg\"";
 
 pub(in crate::report) fn as_file(drawn: &str, title: &str) -> String {
@@ -107,14 +108,16 @@ fn in_ink(drawn: &str) -> String {
         let meant = format!("stroke=\"{}\" stroke-linejoin=\"round\"{dashes}", hex(look.colour));
         svg = svg.replace(&stand_in, &meant);
     }
-    svg.replace(&format!("=\"{}\"", hex(INK)), "=\"currentColor\"")
+    let svg = svg.replace(&format!("=\"{}\"", hex(INK)), "=\"currentColor\"");
+    // What is everywhere, or goes without saying.
+    svg.replace(FONT_FAMILY, "").replace(" opacity=\"1\"", "")
 }
 
 /// What a screen reader says in the place of the figure comes first.
 fn with_head(svg: &str, title: &str, style: &str) -> String {
     let (tag, content) = svg.split_once('>').expect("plotters begins with the tag");
     let title = escaped(title);
-    format!("{tag} role=\"img\"><title>{title}</title>{style}{content}")
+    format!("{tag}{FONT_FAMILY} role=\"img\"><title>{title}</title>{style}{content}")
 }
 
 /// Text for XML and HTML, in quotation marks and out of them; characters that XML has no place for

@@ -21,7 +21,7 @@ impl Figure {
         let points = self.series.iter().flat_map(|one| &one.points);
         let mut places: Vec<f64> = points.map(|point| point.x).collect();
         places.sort_by(f64::total_cmp);
-        places.dedup();
+        places.dedup_by(|next, place| is_same(*next, *place));
         places
     }
 
@@ -32,7 +32,7 @@ impl Figure {
         };
         let columns = [self.x.label.clone()].into_iter().chain(self.series.iter().map(name));
         let cell = |one: &Series, x: f64| {
-            one.points.iter().find(|point| point.x == x).map_or_else(String::new, value)
+            one.points.iter().find(|point| is_same(point.x, x)).map_or_else(String::new, value)
         };
         let row = |&x: &f64| {
             let cells = self.series.iter().map(|one| cell(one, x));
@@ -58,16 +58,24 @@ impl Figure {
     }
 }
 
+/// But for rounding.
+fn is_same(place: f64, other: f64) -> bool {
+    (place - other).abs() <= 1e-9 * place.abs()
+}
+
 fn has_two_at_a_place(one: &Series) -> bool {
     let mut places: Vec<f64> = one.points.iter().map(|point| point.x).collect();
     places.sort_by(f64::total_cmp);
-    places.windows(2).any(|pair| pair[0] == pair[1])
+    places.windows(2).any(|pair| is_same(pair[0], pair[1]))
 }
 
 fn value(point: &Point) -> String {
     let value = number(point.y);
     match point.spread {
-        Some([least, most]) => format!("{value} ({} to {})", number(least), number(most)),
+        Some([least, most]) if least < 0.0 => {
+            format!("{value} ({} to {})", number(least), number(most))
+        }
+        Some([least, most]) => format!("{value} ({}–{})", number(least), number(most)),
         None => value,
     }
 }
@@ -93,10 +101,11 @@ mod tests {
 
     #[test]
     fn series_of_the_same_places_are_columns() {
-        let table = figure(&[("a", &[[2.0, 5.0], [1.0, 0.5]]), ("", &[[1.0, 7.0]])]).numbers();
+        let table =
+            figure(&[("a", &[[2.0, 5.0], [0.1, 0.5]]), ("", &[[0.3 - 0.2, 7.0]])]).numbers();
         assert_eq!(table.title, "", "it is over a column");
         assert_eq!(table.columns, ["x", "a", "y (us)"]);
-        assert_eq!(table.rows, [["1", "0.5", "7"], ["2", "5", ""]]);
+        assert_eq!(table.rows, [["0.1", "0.5", "7"], ["2", "5", ""]]);
     }
 
     #[test]
@@ -117,6 +126,8 @@ mod tests {
         let mut bars = figure(&[("", &[[1.0, 5.0]])]);
         bars.x.scale = Scale::Names(vec!["load".to_owned(), "build".to_owned()]);
         bars.series[0].points[0].spread = Some([4.0, 6000.0]);
-        assert_eq!(bars.numbers().rows, [["build", "5 (4 to 6,000)"]]);
+        assert_eq!(bars.numbers().rows, [["build", "5 (4–6,000)"]]);
+        bars.series[0].points[0].spread = Some([-4.0, 6.0]);
+        assert_eq!(bars.numbers().rows, [["build", "5 (-4 to 6)"]]);
     }
 }

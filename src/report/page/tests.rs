@@ -61,7 +61,7 @@ fn a_page_is_well_formed_and_has_every_figure_and_table() {
     }
     assert_eq!(rest.matches("<svg").count(), 4);
     assert_eq!(rest.matches("<table>").count(), 6, "one for each figure, and its own");
-    assert!(rest.contains("3 (2 to 4)"), "{rest}");
+    assert!(rest.contains("3 (2–4)"), "{rest}");
     assert_eq!(rest.matches("href=\"#s").count(), 2);
 }
 

@@ -79,7 +79,7 @@ fn experiments_and_clusters_bring_their_figures() {
             "<h2>",
             ": units</h2>",
             "Table 2",
-            "1 (0.9 to 1.1)",
+            "1 (0.9–1.1)",
             "16 GB",
             "<li>every point",
             "&lt;b&gt;cpu",

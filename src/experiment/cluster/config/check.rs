@@ -14,6 +14,7 @@ use crate::scene::{
     Compression, Distribution, SceneError, Source, Spanned, SubtreesFrom, buffer_kilobytes,
     buffer_scenarios,
 };
+use crate::scheduler::local_client::OUTSTANDING_TASKS;
 
 /// Of all nodes together: ten times what there is a configuration for.
 const MOST_WORKERS: i64 = 100_000;
@@ -241,6 +242,10 @@ impl Checker<'_> {
                 nodes,
             },
             buffer_bytes: bytes,
+            most_tasks: match &file.tasks {
+                None => OUTSTANDING_TASKS,
+                Some(value) => self.whole(value, "run.tasks", (1, 1000))? as usize,
+            },
             matchmakers: self.each_once(&file.matchmakers, "run.matchmakers")?,
             copies: match &file.copies {
                 None => vec![Copies::Process],

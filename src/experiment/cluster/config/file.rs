@@ -90,6 +90,7 @@ pub struct RunFile {
     pub scenarios: Spanned<i64>,
     pub depths: Spanned<[i64; 2]>,
     pub buffer: BufferFile,
+    pub tasks: Option<Spanned<i64>>,
     pub matchmakers: Spanned<Vec<MatchRule>>,
     pub copies: Option<Spanned<Vec<Copies>>>,
     pub compression: Option<Spanned<Vec<Compression>>>,
