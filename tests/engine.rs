@@ -2,6 +2,7 @@
 
 mod engine_run;
 mod engine_transfer;
+mod over_ranks;
 
 use std::io;
 use std::sync::Arc;

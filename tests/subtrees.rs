@@ -1,12 +1,19 @@
 //! Subtrees that are sent, put together and taken away again, against whole trees.
 
 use std::collections::BTreeSet;
+use std::ops::Deref;
+use std::path::Path;
+use std::rc::Rc;
 
 use bumper::geometry::{Pose, Triangle};
 use bumper::mesh::TriangleMesh;
+use bumper::transport::shared_memory::{Growing, SharedMemory};
+use bumper::transport::{Needs, WakeUp};
 use bumper::tree::descent::{Descent, DescentError, Pair};
 use bumper::tree::roots::{Cut, DistributedRoot, PreAnalysis, RootError, RootPair};
-use bumper::tree::subtree::{PartialTree, SubtreeError, Subtrees, compressed};
+use bumper::tree::subtree::{
+    CommonTree, PartialTree, Region, SeenTree, SubtreeError, Subtrees, compressed,
+};
 use bumper::tree::{BuildOptions, TreeImage, TreeKind, build};
 use proptest::prelude::*;
 
@@ -320,4 +327,101 @@ fn a_subtree_costs_its_own_memory_and_gives_it_back() {
             assert_eq!(here.memory(), before);
         }
     }
+}
+
+/// A region that both sides of a test have.
+#[derive(Clone)]
+struct Common(Rc<Growing>);
+
+impl Deref for Common {
+    type Target = [u8];
+
+    fn deref(&self) -> &[u8] {
+        &self.0
+    }
+}
+
+impl Region for Common {
+    fn write(&self, at: usize, bytes: &[u8]) -> std::io::Result<()> {
+        self.0.write(at, bytes)
+    }
+}
+
+fn memory(base: &Path) -> SharedMemory {
+    SharedMemory::create(base, &Needs { workers: 1, job_bytes: 64, wake_up: WakeUp::Block })
+        .unwrap()
+}
+
+/// What a node's leader puts into memory that grows, a worker sees there, and nothing else.
+#[test]
+fn a_worker_sees_what_its_leader_was_sent_as_soon_as_it_looks() {
+    let base = tempfile::tempdir().unwrap();
+    let memory = memory(base.path());
+    let mesh = sheet(20, 0.7);
+    let (cut, pose) = (Cut::Triangles(60), Pose::from_quaternion([0.5, 0.5, 0.5, 0.5], [0.0; 3]));
+    for (number, kind) in (0..).zip(TreeKind::ALL) {
+        let whole = tree_of(&mesh, kind);
+        let sent = Subtrees::new(whole.view(), cut);
+        let mut region = None;
+        let make = |bytes| {
+            let common = Common(Rc::new(memory.grow(number, bytes).unwrap()));
+            Ok(region.insert(common).clone())
+        };
+        let mut leaders = CommonTree::new(&sent.outline(), make).unwrap();
+        let mut workers = SeenTree::new(region.unwrap()).unwrap();
+        assert_eq!((workers.hash(), sent.count() > 4), (whole.view().hash(), true), "{kind:?}");
+
+        let half: Vec<_> = (0..sent.count()).step_by(2).collect();
+        for &root in &half {
+            let message = sent.message(root).unwrap();
+            let message = compressed(&message).filter(|_| root % 4 == 0).unwrap_or(message);
+            assert_eq!(leaders.add(&message).unwrap(), root);
+            assert!(matches!(leaders.add(&message), Err(SubtreeError::Held { .. })));
+        }
+        let pairs: Vec<RootPair> =
+            half.iter().flat_map(|&i| half.iter().map(move |&j| [i, j])).collect();
+        let below = |tree: &SeenTree<Common>, pairs: &[RootPair]| {
+            let (mut descent, mut found) = (Descent::default(), Vec::new());
+            let tree = tree.cut_tree();
+            let outcome = descent.all_pairs_below(&tree, &tree, &pose, pairs, &mut found);
+            outcome.map(|_| sorted(found))
+        };
+        let unseen = below(&workers, &pairs);
+        let not_held = RootError::NotHeld { root: half[0] };
+        assert!(matches!(unseen, Err(DescentError::Root { source, .. }) if source == not_held));
+        workers.look();
+        let mut received = received(&sent);
+        half.iter().for_each(|&root| drop(received.add(&sent.message(root).unwrap())));
+        let (mut descent, mut expected) = (Descent::default(), Vec::new());
+        let tree = received.cut_tree();
+        descent.all_pairs_below(&tree, &tree, &pose, &pairs, &mut expected).unwrap();
+        assert!(!expected.is_empty());
+        assert_eq!(below(&workers, &pairs), Ok(sorted(expected)), "{kind:?}");
+        assert!(below(&workers, &[[1, half[0]]]).is_err() && workers.whole().is_none());
+    }
+}
+
+#[test]
+fn memory_that_no_leader_has_made_is_refused() {
+    let base = tempfile::tempdir().unwrap();
+    let memory = memory(base.path());
+    let whole = tree_of(&sheet(6, 0.3), TreeKind::Wide);
+    let sent = Subtrees::new(whole.view(), Cut::Depth(2));
+    let mut region = None;
+    let make = |bytes| Ok(region.insert(Common(Rc::new(memory.grow(0, bytes).unwrap()))).clone());
+    CommonTree::new(&sent.outline(), make).unwrap();
+    let good = region.unwrap();
+    assert!(SeenTree::new(&*good).is_ok());
+    for length in [0, 7, 64, good.len() - 64] {
+        assert!(SeenTree::new(&good[..length]).is_err(), "{length} of {} bytes", good.len());
+    }
+    let written = |at: usize, bytes: &[u8]| {
+        let before = good[at..at + bytes.len()].to_vec();
+        good.write(at, bytes).unwrap();
+        let refused = SeenTree::new(&*good).is_err();
+        good.write(at, &before).unwrap();
+        refused
+    };
+    assert!(written(0, &u64::MAX.to_ne_bytes()) && written(0, &[0; 8]) && written(64, b"x"));
+    assert!(SeenTree::new(&*good).is_ok());
 }

@@ -30,6 +30,7 @@ const STANDS_ALONE: &str = "transport";
 /// Crates that one file each names, or one folder; so that they can be exchanged.
 const BACKENDS: &[(&str, &str)] = &[
     ("iceoryx2", "src/transport/shared_memory"),
+    ("mpi", "src/transport/mpi.rs"),
     ("parquet", "src/report/parquet.rs"),
     ("memmap2", "src/tree/subtree/pages.rs"),
     ("lz4_flex", "src/tree/subtree/compressed.rs"),

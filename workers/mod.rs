@@ -15,14 +15,16 @@ use std::io;
 use std::process::ExitCode;
 use std::str::FromStr;
 
-use crate::transport::{Attached, GeometryInPlace, TransportError, WorkerEnd, attach, descriptors};
+use crate::transport::{
+    Attached, GeometryInPlace, GrowingGeometry, TransportError, WorkerEnd, attach, descriptors,
+};
 use crate::tree::ImageError;
 use crate::tree::descent::DescentError;
 use crate::tree::subtree::SubtreeError;
 use crate::wire::WireError;
 pub use bookmark::Bookmark;
 pub use role::Role;
-use tree_store::{Received, Shared};
+use tree_store::{InNode, Received, Shared};
 
 /// First argument of `worker`: process id of the master, without which a worker does not live.
 pub const MASTER_ARGUMENT: &str = "--master";
@@ -49,6 +51,8 @@ pub enum WorkerError {
     Subtree { tree: u32, source: SubtreeError },
     #[error("tree {0} is not here, or was added before")]
     Tree(u32),
+    #[error("a job is said to be where none is")]
+    Elsewhere,
     #[error("plan {0} is not the one that is here")]
     Plan(u32),
     #[error(transparent)]
@@ -80,6 +84,7 @@ fn run(arguments: &[OsString]) -> Result<(), WorkerError> {
         .map_err(WorkerError::Bookmark)?;
     match attach(arguments)? {
         Attached::SharedMemory(transport) => serve_in_place(transport, role, &bookmark),
+        Attached::Node(transport) => serve_in_node(transport, role, &bookmark),
         Attached::Stream(transport) => serve_received(transport, role, &bookmark),
     }
 }
@@ -117,6 +122,21 @@ pub fn serve_in_place<W: GeometryInPlace>(
             let mut place = echo::InPlace::<W::Geometry>(None);
             echo::serve(&mut transport, &mut place, core)
         }
+    }
+}
+
+/// Works on trees that grow where the leader of its node has them, until it is told to end.
+fn serve_in_node<W: GrowingGeometry>(
+    mut transport: W,
+    role: Role,
+    bookmark: &Bookmark,
+) -> Result<(), WorkerError> {
+    match role {
+        Role::Compute(slowdown) => {
+            let mut store = InNode::<W::Growing>::default();
+            remote_client::serve(&mut transport, &mut store, slowdown, bookmark)
+        }
+        Role::Echo { .. } => Err(WorkerError::Usage),
     }
 }
 

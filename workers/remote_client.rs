@@ -46,7 +46,16 @@ pub fn serve<W: WorkerEnd, S: TreeStore<W>>(
     let mut inbox = Inbox { awaited: None, later: VecDeque::new() };
     loop {
         let message = inbox.next(transport)?;
-        match Job::parse(&message)? {
+        let published;
+        let job = match Job::parse(&message)? {
+            Job::Elsewhere { body } => {
+                published = store.elsewhere(transport, body)?;
+                Job::parse(&published)?
+            }
+            job => job,
+        };
+        match job {
+            Job::Elsewhere { .. } => return Err(WorkerError::Elsewhere),
             Job::Terminate => return Ok(()),
             Job::AddTree { tree, body } => {
                 let hash = store.add(transport, tree, body)?;
@@ -80,7 +89,10 @@ pub fn serve<W: WorkerEnd, S: TreeStore<W>>(
                 calculator.forget(tree);
                 store.remove(tree)?;
             }
-            Job::Scenarios(batch) => calculator.answer(&batch, transport, store)?,
+            Job::Scenarios(batch) => {
+                store.look(batch.trees);
+                calculator.answer(&batch, transport, store)?;
+            }
         }
     }
 }

@@ -9,11 +9,11 @@ use std::sync::Arc;
 use super::WorkerError;
 use super::peers::{Fetcher, Server, Shelf};
 use crate::transport::peer::PeerName;
-use crate::transport::{GeometryInPlace, TransportError, WorkerEnd};
+use crate::transport::{GeometryInPlace, GrowingGeometry, Message, TransportError, WorkerEnd};
 use crate::tree::roots::CutTree;
-use crate::tree::subtree::PartialTree;
+use crate::tree::subtree::{PartialTree, SeenTree};
 use crate::tree::{KeptTree, TreeView};
-use crate::wire::{Fetch, InPlaceTree, published_plan};
+use crate::wire::{Fetch, InPlaceTree, place_of};
 
 pub trait TreeStore<W> {
     /// The body is that of the message that adds the tree. Returns the hash of its image.
@@ -34,8 +34,16 @@ pub trait TreeStore<W> {
 
     fn remove(&mut self, tree: u32) -> Result<(), WorkerError>;
 
+    /// A batch about these trees has come: what it needs is here.
+    fn look(&mut self, _trees: [u32; 2]) {}
+
     /// The bytes of a plan, from the body of the message that brings it.
     fn plan(&mut self, transport: &mut W, body: &[u8]) -> Result<Vec<u8>, WorkerError>;
+
+    /// The job that was published, from the body of the message that says where.
+    fn elsewhere(&mut self, _transport: &mut W, _body: &[u8]) -> Result<Message, WorkerError> {
+        Err(WorkerError::Elsewhere)
+    }
 
     /// An error while parts of it are not here.
     fn whole(&self, tree: u32) -> Result<TreeView<'_>, WorkerError>;
@@ -105,7 +113,7 @@ impl<W: GeometryInPlace> TreeStore<W> for Shared<W::Geometry> {
     }
 
     fn plan(&mut self, transport: &mut W, body: &[u8]) -> Result<Vec<u8>, WorkerError> {
-        Ok(transport.geometry(published_plan(body)?)?.to_vec())
+        Ok(transport.geometry(place_of(body)?)?.to_vec())
     }
 
     fn whole(&self, tree: u32) -> Result<TreeView<'_>, WorkerError> {
@@ -200,5 +208,60 @@ impl<W: WorkerEnd> TreeStore<W> for Received {
 
     fn cut(&self, tree: u32) -> Result<CutTree<'_>, WorkerError> {
         self.trees.get(&tree).map(PartialTree::cut_tree).ok_or(WorkerError::Tree(tree))
+    }
+}
+
+/// Trees that grow where the leader of this worker's node puts what the master sends.
+pub struct InNode<G>(BTreeMap<u32, SeenTree<G>>);
+
+impl<G> Default for InNode<G> {
+    fn default() -> Self {
+        Self(BTreeMap::new())
+    }
+}
+
+impl<W: GrowingGeometry> TreeStore<W> for InNode<W::Growing> {
+    /// The number says it all.
+    fn add(&mut self, transport: &mut W, tree: u32, _body: &[u8]) -> Result<u64, WorkerError> {
+        match self.0.entry(tree) {
+            Entry::Occupied(_) => Err(WorkerError::Tree(tree)),
+            Entry::Vacant(free) => {
+                let seen = SeenTree::new(transport.growing(tree)?);
+                let seen = seen.map_err(|source| WorkerError::Subtree { tree, source })?;
+                Ok(free.insert(seen).hash())
+            }
+        }
+    }
+
+    fn add_subtree(&mut self, tree: u32, _body: &[u8]) -> Result<u32, WorkerError> {
+        Err(WorkerError::Tree(tree))
+    }
+
+    fn remove(&mut self, tree: u32) -> Result<(), WorkerError> {
+        self.0.remove(&tree).map(drop).ok_or(WorkerError::Tree(tree))
+    }
+
+    fn look(&mut self, trees: [u32; 2]) {
+        for tree in trees {
+            if let Some(seen) = self.0.get_mut(&tree) {
+                seen.look();
+            }
+        }
+    }
+
+    fn plan(&mut self, transport: &mut W, body: &[u8]) -> Result<Vec<u8>, WorkerError> {
+        Ok(transport.geometry(place_of(body)?)?.to_vec())
+    }
+
+    fn elsewhere(&mut self, transport: &mut W, body: &[u8]) -> Result<Message, WorkerError> {
+        Ok(Message::from(&*transport.geometry(place_of(body)?)?))
+    }
+
+    fn whole(&self, tree: u32) -> Result<TreeView<'_>, WorkerError> {
+        self.0.get(&tree).and_then(SeenTree::whole).ok_or(WorkerError::Tree(tree))
+    }
+
+    fn cut(&self, tree: u32) -> Result<CutTree<'_>, WorkerError> {
+        self.0.get(&tree).map(SeenTree::cut_tree).ok_or(WorkerError::Tree(tree))
     }
 }

@@ -16,6 +16,7 @@ mod mesh_info;
 mod page_server;
 mod plan;
 mod prepare;
+mod ranks;
 mod renumber;
 mod report;
 mod request;

@@ -10,6 +10,7 @@ use crate::effects::PairsAsked;
 use crate::geometry::simd::SimdLevel;
 use crate::report::{OutputDir, SCENE};
 use crate::scene::{EngineOptions, Scenarios, Scene, SceneError};
+use crate::transport::ranks;
 use crate::tree::Accuracy;
 
 pub(super) struct Request {
@@ -108,7 +109,10 @@ pub(super) fn override_scene(scene: &mut Scene, args: &SceneArgs) -> Result<(), 
     scene.engine.workers = args.workers.or(scene.engine.workers);
     scene.accuracy = args.accuracy.unwrap_or(scene.accuracy);
     override_engine(&mut scene.engine, &args.engine);
-    scene.engine.check().map_err(Failure::usage)?;
+    // Other machines are sent subtrees in any case.
+    if !ranks::was_launched() {
+        scene.engine.check().map_err(Failure::usage)?;
+    }
     if let Some(mesh) = &args.fixed {
         scene.fixed.mesh = mesh.clone();
     }

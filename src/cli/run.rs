@@ -14,6 +14,7 @@ use super::compare::{Comparison, Measured};
 use super::deform::Crash;
 use super::failure::Failure;
 use super::prepare::{self, Both, Poses, Tree, timed};
+use super::ranks::{self, Master};
 use super::renumber::{Renumbered, renumbered};
 use super::request::Request;
 use super::{interrupt, summary_text, terminal};
@@ -27,12 +28,14 @@ use crate::scene::{EngineOptions, Scene, WorkerCount};
 use crate::scheduler::client_manager::{
     self, AnyEngine, EffectsWork, EngineError, EngineReport, ResultSink, ScenarioResult, Work,
 };
+use crate::scheduler::ranks::Command;
 use crate::tree::roots::Cut;
 use crate::tree::{BuildOptions, TreeImage, TreeKind};
 use crate::wire::Wanted;
 
 pub(super) fn run(args: RunArgs) -> Result<(), Failure> {
     let start = Instant::now();
+    let Some(Master { command }) = ranks::take_part()? else { return Ok(()) };
     let interrupt = interrupt::on_ctrl_c().context("cannot listen to Ctrl-C")?;
     let request = Request::new(args)?;
     if let Some(complete) = request.out.as_ref().filter(|out| request.resumes && out.is_complete())
@@ -45,7 +48,7 @@ pub(super) fn run(args: RunArgs) -> Result<(), Failure> {
     let poses = poses?;
     check_crash(scene, poses.len())?;
     // Workers come to life while meshes are loaded and trees are built.
-    let mut engine = start_engine(scene, poses.len())?;
+    let mut engine = start_engine(scene, poses.len(), command)?;
     let (meshes, load_s) = timed(|| prepare::load(scene));
     let meshes = meshes?;
     interrupt::check(&interrupt)?;
@@ -140,13 +143,20 @@ fn already_complete(out: &OutputDir, json: bool) -> Result<(), Failure> {
     Ok(terminal::print(&text).context("cannot print the summary")?)
 }
 
-/// No more workers than there are scenarios.
-pub(super) fn start_engine(scene: &Scene, scenarios: usize) -> anyhow::Result<Box<dyn AnyEngine>> {
+/// A worker for each rank; or no more than there are scenarios.
+pub(super) fn start_engine(
+    scene: &Scene,
+    scenarios: usize,
+    command: Option<Command>,
+) -> anyhow::Result<Box<dyn AnyEngine>> {
+    let program = std::env::current_exe().context("cannot find my own executable")?;
+    if let Some(command) = command {
+        return Ok(client_manager::start_on_ranks(scene.engine.clone(), program, command)?);
+    }
     let most = WorkerCount::new(scenarios.clamp(1, WorkerCount::MAX as usize) as i64);
     let workers = scene.engine.worker_count().min(most.expect("clamped").get());
     let workers = WorkerCount::new(workers.get().into()).expect("fewer than it was");
     let options = EngineOptions { workers: Some(workers), ..scene.engine.clone() };
-    let program = std::env::current_exe().context("cannot find my own executable")?;
     Ok(client_manager::start(options, program)?)
 }
 

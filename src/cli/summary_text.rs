@@ -5,7 +5,7 @@ use std::fmt::Write;
 use crate::report::figure::grouped;
 use crate::report::{CostFit, EffectSummary, Summary, TreeCosts};
 use crate::scene::{Compression, SubtreesFrom};
-use crate::scheduler::client_manager::TransferReport;
+use crate::scheduler::client_manager::{NodeReport, TransferReport};
 use crate::tree::Accuracy;
 use crate::tree::cache::CacheOutcome;
 
@@ -35,6 +35,10 @@ pub(super) fn summary_text(summary: &Summary) -> String {
     line("a scenario", format!("{} mean, {} p99", short(compute_us.mean), short(compute_us.p99)));
     line("workers", workers(summary));
     line("bytes copied", copied(summary));
+    if !summary.nodes.is_empty() {
+        line("nodes", nodes(summary));
+        line("link", link(summary));
+    }
     if summary.transfer.compress != Compression::None {
         line("compressed", compressed(&summary.transfer));
     }
@@ -132,6 +136,27 @@ fn copied(summary: &Summary) -> String {
         summary.worker_reports.iter().map(|w| grouped(w.geometry_bytes_copied)).collect();
     let own = if summary.bytes_copied == 0 { "0".to_owned() } else { per_worker.join(", ") };
     format!("{own} per worker, {} for all of them", grouped(summary.bytes_published))
+}
+
+/// Workers of each, and how much of both trees went there: once, or counted for each of its workers.
+fn nodes(summary: &Summary) -> String {
+    let workers = |node: &NodeReport| format!("{} on {}", node.workers, node.host);
+    let nodes: Vec<_> = summary.nodes.iter().map(workers).collect();
+    let (all, per) = (summary.relative_data_transfer, |count: usize| count.max(1) as f64);
+    format!(
+        "{}: {}; relative data transfer {all:.3}, {:.3} a node, {:.3} a worker",
+        nodes.len(),
+        nodes.join(", "),
+        all / per(nodes.len()),
+        all / per(summary.workers),
+    )
+}
+
+/// Of all other nodes together.
+fn link(summary: &Summary) -> String {
+    let sum = |of: fn(&NodeReport) -> u64| grouped(summary.nodes.iter().map(of).sum());
+    let (sent, received) = (sum(|node| node.link_bytes_sent), sum(|node| node.link_bytes_received));
+    format!("{sent} bytes sent, {received} received")
 }
 
 /// What each subtree is, once.

@@ -95,7 +95,7 @@ fn page_of(
     let poses = poses_of(scene, earlier)?;
     let deform_after = scene.effects.crush.and_then(|crush| crush.deform_after);
     check_crash(scene, poses.len())?;
-    let mut engine = start_engine(scene, poses.len())?;
+    let mut engine = start_engine(scene, poses.len(), None)?;
     let meshes = prepare::load(scene)?;
     interrupt::check(interrupt)?;
     let plan = scene.effects.plan([meshes.fixed(), meshes.moving()]).map_err(Failure::usage)?;

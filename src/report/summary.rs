@@ -8,7 +8,7 @@ use crate::geometry::Point;
 use crate::geometry::simd::SimdLevel;
 use crate::mesh::TriangleMesh;
 use crate::scene::{Body, MatchRule, Scenarios, Scene, Slowdown, StartFrom};
-use crate::scheduler::client_manager::{EngineReport, TransferReport, WorkerReport};
+use crate::scheduler::client_manager::{EngineReport, NodeReport, TransferReport, WorkerReport};
 use crate::tree::cache::CacheOutcome;
 use crate::tree::roots::Cut;
 use crate::tree::{Accuracy, FORMAT_VERSION, TreeImage, TreeKind};
@@ -61,6 +61,9 @@ pub struct Summary {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub tree_costs: Vec<TreeCosts>,
     pub worker_reports: Vec<WorkerReport>,
+    /// Of a run on several machines; the first is the master's.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub nodes: Vec<NodeReport>,
     pub scene: SceneSummary,
     pub fixed: MeshSummary,
     pub moving: MeshSummary,
@@ -193,6 +196,7 @@ impl Summary {
             effects: tally.effects(scene.effects.pairs.name()),
             tree_costs: Vec::new(),
             worker_reports: engine.workers,
+            nodes: engine.nodes,
             scene: scene.into(),
             fixed,
             moving,

@@ -31,6 +31,25 @@ pub struct EngineReport {
     /// Within `scenarios_s`, in the master: choosing a client for each scenario.
     pub matching_s: f64,
     pub workers: Vec<WorkerReport>,
+    /// Where workers are on several machines; the first is the master's.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub nodes: Vec<NodeReport>,
+}
+
+/// Workers that have memory in common. What goes to and from the master's own crosses no link.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
+pub struct NodeReport {
+    /// The name of its machine.
+    pub host: String,
+    pub workers: u32,
+    /// Bytes of subtrees that were sent to it.
+    pub geometry_bytes_copied: u64,
+    /// `geometry_bytes_copied` over the bytes of both trees.
+    pub relative_data_transfer: f64,
+    /// Bytes of all messages to its leader, since the engine began.
+    pub link_bytes_sent: u64,
+    /// Bytes of all messages from its leader.
+    pub link_bytes_received: u64,
 }
 
 /// How subtrees went to the workers, where they are sent.
@@ -82,7 +101,19 @@ impl EngineReport {
             matching_s: self.matching_s + then.matching_s,
             start_workers_s: self.start_workers_s.max(then.start_workers_s),
             workers: workers.map(|(a, b)| a.followed_by(b)).collect(),
+            nodes: self.nodes.iter().zip(&then.nodes).map(|(a, b)| a.followed_by(b)).collect(),
             ..then
+        }
+    }
+}
+
+impl NodeReport {
+    /// What is of the engine is of both runs already.
+    fn followed_by(&self, then: &Self) -> Self {
+        Self {
+            geometry_bytes_copied: self.geometry_bytes_copied + then.geometry_bytes_copied,
+            relative_data_transfer: self.relative_data_transfer + then.relative_data_transfer,
+            ..then.clone()
         }
     }
 }

@@ -52,7 +52,12 @@ impl ClientIndicator {
 
     /// It was given a whole tree in one piece.
     pub fn give_whole(&mut self) {
-        self.given = vec![true];
+        self.give_all(1);
+    }
+
+    /// It has the tree, which is cut at so many roots.
+    pub fn give_all(&mut self, roots: usize) {
+        self.given = vec![true; roots];
     }
 
     /// Switches back to 0 what it was not given after all.

@@ -12,6 +12,7 @@
 //! | [`sources`] | where a worker gets a subtree that it lacks |
 //! | [`assignment`] | all of them together, and what nobody has been given yet |
 //! | [`launch`] | how a worker comes to life: as a process, or as a thread |
+//! | [`ranks`] | workers on several machines, each of which has one copy of what it needs |
 //! | [`collection`], [`result_order`] | replies become results in scenario order |
 
 pub mod assignment;
@@ -25,6 +26,7 @@ pub mod local_client;
 pub mod matchmaker;
 mod memory;
 pub mod node;
+pub mod ranks;
 pub mod result_order;
 pub mod sources;
 mod worker_process;

@@ -43,6 +43,13 @@ impl Node {
         self.given[tree].give_whole();
     }
 
+    /// It has both trees, cut into so many subtrees.
+    pub fn give_all(&mut self, roots: [usize; 2]) {
+        for (given, roots) in self.given.iter_mut().zip(roots) {
+            given.give_all(roots);
+        }
+    }
+
     pub fn added_bytes(&self) -> u64 {
         self.added_bytes
     }

@@ -26,6 +26,12 @@ impl Attach {
         let pairs = keys.into_iter().zip(values).flat_map(|(key, value)| [key.into(), value]);
         Self { arguments: std::iter::once(transport.into()).chain(pairs).collect(), inherited }
     }
+
+    /// The same for a transport that is attached alike.
+    pub(super) fn over(mut self, transport: &str) -> Self {
+        self.arguments[0] = transport.into();
+        self
+    }
 }
 
 /// As an argument, the child having it under the same number.
@@ -38,6 +44,8 @@ pub(super) fn descriptor(fd: &OwnedFd) -> String {
 pub enum Attached {
     /// Has geometry in place.
     SharedMemory(SharedMemoryWorker),
+    /// Has geometry in place, which its node is sent as it is needed.
+    Node(SharedMemoryWorker),
     /// Has to be sent geometry.
     Stream(StreamWorker),
 }
@@ -50,6 +58,7 @@ pub fn attach(arguments: &[OsString]) -> Result<Attached, TransportError> {
         .ok_or_else(|| TransportError::Arguments("there are none".to_owned()))?;
     match transport.to_str() {
         Some(shared_memory::NAME) => SharedMemoryWorker::attach(values).map(Attached::SharedMemory),
+        Some(shared_memory::NODE) => SharedMemoryWorker::attach(values).map(Attached::Node),
         Some(pipe::NAME) => pipe::attach(values).map(Attached::Stream),
         Some(socket::NAME) => socket::attach(values).map(Attached::Stream),
         _ => Err(TransportError::Arguments(format!("there is no transport {transport:?}"))),

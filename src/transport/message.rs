@@ -22,6 +22,13 @@ impl Message {
         message
     }
 
+    /// The first so many bytes of these words.
+    #[cfg(feature = "mpi")]
+    pub(super) fn of_words(words: Vec<u64>, bytes: usize) -> Self {
+        assert_eq!(words.len(), bytes.div_ceil(size_of::<u64>()));
+        Self { words, bytes }
+    }
+
     /// Makes it that much longer, with zeros.
     pub(super) fn lengthen(&mut self, bytes: usize) {
         self.bytes += bytes;
@@ -30,6 +37,12 @@ impl Message {
 
     pub(super) fn bytes_mut(&mut self) -> &mut [u8] {
         &mut bytemuck::cast_slice_mut(&mut self.words)[..self.bytes]
+    }
+}
+
+impl From<&[u8]> for Message {
+    fn from(bytes: &[u8]) -> Self {
+        Self::gathered(&[bytes])
     }
 }
 

@@ -47,7 +47,10 @@ use std::time::Duration;
 mod attach;
 pub mod descriptors;
 mod message;
+#[cfg(feature = "mpi")]
+pub mod mpi;
 pub mod peer;
+pub mod ranks;
 pub mod shared_memory;
 pub mod stream;
 pub mod threads;
@@ -109,6 +112,11 @@ pub trait MasterEnd {
     /// `None` where there is no memory in common: geometry has to be sent.
     fn shared_geometry(&mut self) -> Option<&mut dyn SharedGeometry>;
 
+    /// `None` where all workers see what is in [`shared_geometry`](Self::shared_geometry), or none.
+    fn other_nodes(&mut self) -> Option<&mut dyn OtherNodes> {
+        None
+    }
+
     /// Makes the channels of a worker.
     fn open(&mut self, worker: WorkerId) -> Result<Self::Attach, TransportError>;
 
@@ -147,6 +155,23 @@ pub trait SharedGeometry {
     fn withdraw(&mut self, mesh: u32) -> Result<(), TransportError>;
 }
 
+/// Workers of other machines, who do not see what is published here. Those of one node have memory in
+/// common, into which its leader puts what is sent to the node.
+pub trait OtherNodes {
+    /// Of a worker's slot; 0 is this machine.
+    fn node_of(&self, slot: u32) -> usize;
+
+    /// Sends the parts as one message to a node's leader. What is sent afterwards to workers of the
+    /// node reaches them when the leader has dealt with it.
+    fn send_to_node(&mut self, node: usize, parts: &[&[u8]]) -> Result<(), TransportError>;
+
+    /// The name of its machine.
+    fn host(&self, node: usize) -> String;
+
+    /// All that went to and came from its leader, and thereby its workers.
+    fn traffic_of_node(&self, node: usize) -> Traffic;
+}
+
 /// A worker's end. See the [contract](self#contract).
 pub trait WorkerEnd {
     type Message: Deref<Target = [u8]>;
@@ -164,6 +189,14 @@ pub trait GeometryInPlace: WorkerEnd {
 
     /// Waits until the mesh is published.
     fn geometry(&mut self, mesh: u32) -> Result<Self::Geometry, TransportError>;
+}
+
+/// A worker's end that has geometry of which it sees more and more.
+pub trait GrowingGeometry: GeometryInPlace {
+    type Growing: Deref<Target = [u8]>;
+
+    /// What was made before this worker was told of it.
+    fn growing(&mut self, number: u32) -> Result<Self::Growing, TransportError>;
 }
 
 #[derive(Debug, thiserror::Error)]

@@ -43,12 +43,12 @@ impl InPlaceTree {
     }
 }
 
-/// Body of the message that says where a plan was published.
-pub fn plan_in_place(number: u32) -> [u8; 4] {
+/// Body of the message that says where a plan was published, or a job.
+pub fn published_at(number: u32) -> [u8; 4] {
     number.to_ne_bytes()
 }
 
-pub fn published_plan(body: &[u8]) -> Result<u32, WireError> {
+pub fn place_of(body: &[u8]) -> Result<u32, WireError> {
     let described = WireError::Length { found: body.len(), described: size_of::<u32>() };
     Ok(u32::from_ne_bytes(body.try_into().map_err(|_| described)?))
 }

@@ -23,6 +23,7 @@ const REMOVE_TREE: u16 = 5;
 const PLAN: u16 = 6;
 const SERVE: u16 = 7;
 const FETCH_SUBTREE: u16 = 8;
+const ELSEWHERE: u16 = 9;
 
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -124,6 +125,11 @@ impl JobHeader {
         Self { trees: [tree, 0], ..Self::of_kind(REMOVE_TREE) }
     }
 
+    /// Of a message whose body says where a longer one was published.
+    pub fn elsewhere() -> Self {
+        Self::of_kind(ELSEWHERE)
+    }
+
     pub fn terminate() -> Self {
         Self::of_kind(TERMINATE)
     }
@@ -158,6 +164,10 @@ pub enum Job<'a> {
     },
     Plan {
         number: u32,
+        body: &'a [u8],
+    },
+    /// The job is what was published there.
+    Elsewhere {
         body: &'a [u8],
     },
     Terminate,
@@ -226,6 +236,10 @@ impl<'a> Job<'a> {
                 zero("tree", tree)?;
                 only_tree(&JobHeader { plan: 0, ..*header })?;
                 Ok(Self::Plan { number, body })
+            }
+            ELSEWHERE => {
+                zero("tree", tree)?;
+                only_tree(header).map(|()| Self::Elsewhere { body })
             }
             FETCH_SUBTREE => {
                 only_tree(header)?;

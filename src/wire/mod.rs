@@ -12,7 +12,7 @@ mod peer;
 mod plan;
 mod reply;
 
-pub use in_place::{InPlaceTree, plan_in_place, published_plan};
+pub use in_place::{InPlaceTree, place_of, published_at};
 pub use job::{Batch, Job, JobHeader, ScenarioRecord};
 pub use peer::{Fetch, SubtreeRequest, SubtreeResponse};
 pub use plan::PlanMessage;

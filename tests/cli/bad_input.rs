@@ -41,6 +41,21 @@ fn an_instruction_set_that_cannot_be_had_is_a_usage_error() {
     refused(&output, 2, &["BUMPER_SIMD", "sse9", "portable"]);
 }
 
+/// Each of them would do all of the work, and write the same files.
+#[test]
+#[cfg(not(feature = "mpi"))]
+fn ranks_of_a_job_that_know_nothing_of_each_other_are_a_usage_error() {
+    let place = Place::new();
+    let rank = |number: &str| {
+        let mut command = place.bumper(&["run"]);
+        command.env("OMPI_COMM_WORLD_SIZE", "2").env("OMPI_COMM_WORLD_RANK", number);
+        command.output().unwrap()
+    };
+    for number in ["0", "1"] {
+        refused(&rank(number), 2, &["several ranks", "--features mpi"]);
+    }
+}
+
 #[test]
 fn bad_scenes_are_refused_with_their_line() {
     let place = Place::new();

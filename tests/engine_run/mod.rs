@@ -56,7 +56,11 @@ impl Scene {
     /// Two spheres of `2 * rings * rings` triangles in `scenarios` poses, from touching nowhere to
     /// deep inside each other.
     pub fn new(rings: u32, scenarios: u32) -> Self {
-        let options = BuildOptions { kind: TreeKind::Obb };
+        Self::of_kind(TreeKind::Obb, rings, scenarios)
+    }
+
+    pub fn of_kind(kind: TreeKind, rings: u32, scenarios: u32) -> Self {
+        let options = BuildOptions { kind };
         let poses = (0..scenarios).map(|n| {
             let t = f64::from(n);
             let half = 0.37 * t;

@@ -5,7 +5,10 @@
 //! `zero_copy.rs`.
 
 mod in_place;
+#[path = "../over_ranks/in_process.rs"]
+mod in_process;
 mod messages;
+mod over_ranks;
 mod roles;
 mod shared_memory;
 mod transports;
@@ -147,4 +150,8 @@ mod over_pipes {
 
 mod over_sockets {
     of_every_transport! { OverSockets }
+}
+
+mod over_ranks_of_a_job {
+    of_every_transport! { OverRanks }
 }

@@ -2,14 +2,17 @@
 
 use std::ffi::OsString;
 use std::path::Path;
-use std::process::{Child, Command};
+use std::process::{Child, Command, ExitStatus};
+use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
 
 use bumper::transport::shared_memory::SharedMemory;
 use bumper::transport::stream::{Pipes, Sockets};
 use bumper::transport::threads::{ThreadWorker, Threads};
 use bumper::transport::{Attach, Attached, MasterEnd, Needs, QUEUED_JOBS, TransportError, attach};
 
+pub use crate::over_ranks::OverRanks;
 use crate::roles::{Gate, Role, play, play_in_place};
 
 pub trait Transport {
@@ -83,6 +86,8 @@ impl Transport for OverSockets {
 /// A worker at work.
 pub enum Running {
     Process(Child),
+    /// The leader of its node has it too.
+    Shared(Arc<Mutex<Child>>),
     Thread(Option<JoinHandle<()>>),
 }
 
@@ -92,8 +97,12 @@ const ATTACH: &str = "BUMPER_TEST_ATTACH";
 const SEPARATOR: &str = "\u{1f}";
 
 impl Running {
-    /// This test program once more, in which only `worker_process` runs.
     fn process(role: Role, gate: &Gate, end: Attach) -> Self {
+        Self::Process(Self::child(role, gate, end))
+    }
+
+    /// This test program once more, in which only `worker_process` runs.
+    pub fn child(role: Role, gate: &Gate, end: Attach) -> Child {
         let child = Command::new(std::env::current_exe().unwrap())
             .args(["--exact", "worker_process", "--nocapture", "--test-threads=1"])
             .env(ROLE, format!("{role:?}"))
@@ -102,13 +111,14 @@ impl Running {
             .stdout(std::process::Stdio::null())
             .spawn();
         drop(end.inherited);
-        Self::Process(child.unwrap())
+        child.unwrap()
     }
 
     /// Waits until it has done all of its role, without a failure.
     pub fn finish(mut self) {
         match &mut self {
             Self::Process(child) => assert!(child.wait().unwrap().success(), "the worker failed"),
+            Self::Shared(child) => assert!(ended(child).success(), "the worker failed"),
             Self::Thread(thread) => thread.take().expect("finished once").join().unwrap(),
         }
     }
@@ -120,6 +130,10 @@ impl Running {
                 child.kill().unwrap();
                 child.wait().unwrap();
             }
+            Self::Shared(child) => {
+                child.lock().unwrap().kill().unwrap();
+                ended(child);
+            }
             Self::Thread(_) => self.finish(),
         }
     }
@@ -127,6 +141,7 @@ impl Running {
     pub fn pid(&self) -> Option<u32> {
         match self {
             Self::Process(child) => Some(child.id()),
+            Self::Shared(child) => Some(child.lock().unwrap().id()),
             Self::Thread(_) => None,
         }
     }
@@ -134,11 +149,29 @@ impl Running {
 
 impl Drop for Running {
     fn drop(&mut self) {
-        if let Self::Process(child) = self {
-            // Both fail for one that was waited for.
-            let _ = child.kill();
-            let _ = child.wait();
+        // They fail for one that was waited for.
+        match self {
+            Self::Process(child) => {
+                let _ = child.kill();
+                let _ = child.wait();
+            }
+            Self::Shared(child) => {
+                let _ = child.lock().unwrap().kill();
+            }
+            Self::Thread(_) => {}
         }
+    }
+}
+
+/// Lets its leader look in between.
+fn ended(child: &Mutex<Child>) -> ExitStatus {
+    let begin = Instant::now();
+    loop {
+        if let Some(status) = child.lock().unwrap().try_wait().unwrap() {
+            return status;
+        }
+        assert!(begin.elapsed() < crate::roles::FOREVER, "the worker goes on");
+        std::thread::sleep(Duration::from_millis(1));
     }
 }
 
@@ -150,7 +183,7 @@ pub fn play_as_process() {
     let arguments = std::env::var(ATTACH).unwrap();
     let arguments: Vec<_> = arguments.split(SEPARATOR).map(OsString::from).collect();
     match attach(&arguments).unwrap() {
-        Attached::SharedMemory(end) => play_in_place(role, &gate, end),
+        Attached::SharedMemory(end) | Attached::Node(end) => play_in_place(role, &gate, end),
         Attached::Stream(end) => play(role, &gate, end),
     }
     if role == Role::LastWords {

@@ -1,11 +1,12 @@
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use super::crew::{Crew, ignore};
-use super::planned::{Parts, Planned};
+use super::planned::Planned;
 use super::session::{Session, TICK};
+use super::supply::Published;
 use super::{EffectsWork, EngineError, EngineReport, ResultSink, Work};
 use crate::scene::{EngineOptions, Slowdown};
 use crate::scheduler::collection::BadReply;
@@ -55,6 +56,8 @@ pub struct Engine<T: MasterEnd, L: Launch<T::Attach>> {
     pub(super) nodes: Nodes,
     /// Per node and tree the distributed roots that it was given.
     given: Vec<BTreeMap<u32, ClientIndicator>>,
+    /// Per node what its leader was told of: trees and plans.
+    told: Vec<BTreeSet<u32>>,
     pub(super) started: Instant,
     pub(super) bytes_published: u64,
     pub(super) publish_s: f64,
@@ -71,6 +74,12 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Engine<T, L> {
         for slot in 0..workers {
             crew.hire(options.slowdowns.get(slot).copied().unwrap_or(Slowdown::NONE))?;
         }
+        let nodes = match crew.transport.other_nodes() {
+            None => Nodes::private(workers),
+            Some(others) => {
+                Nodes::shared((0..workers).map(|slot| others.node_of(slot as u32)).collect())
+            }
+        };
         Ok(Self {
             crew,
             options,
@@ -79,8 +88,9 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Engine<T, L> {
             trees: BTreeMap::new(),
             next_tree: 0,
             clients: (0..workers).map(|_| LocalClient::default()).collect(),
-            nodes: Nodes::private(workers),
-            given: vec![BTreeMap::new(); workers],
+            given: vec![BTreeMap::new(); nodes.count()],
+            told: vec![BTreeSet::new(); nodes.count()],
+            nodes,
             started,
             bytes_published: 0,
             publish_s: 0.0,
@@ -117,6 +127,7 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Engine<T, L> {
                     self.crew.send(client, &[bytemuck::bytes_of(&JobHeader::remove_tree(tree))])?;
                 }
             }
+            self.take_from_nodes(tree)?;
         }
         if let Some(shared) = self.crew.transport.shared_geometry() {
             shared.withdraw(mesh.0)?;
@@ -142,15 +153,15 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Engine<T, L> {
             return Err(EngineError::Kinds { fixed: kinds[0], moving: kinds[1] });
         }
         let images = [&*fixed, &*moving];
-        let is_shared = self.crew.transport.shared_geometry().is_some();
+        let is_anything_sent = Published::of(&mut self.crew.transport) != Published::ToAll;
         // Effects look at whole trees: where these have to be sent, they are, in one piece.
-        let in_one_piece = work.effects.is_some() && !is_shared;
+        let in_one_piece = work.effects.is_some() && is_anything_sent;
         let cut = |cut| if in_one_piece { Cut::Depth(0) } else { cut };
         let keys = [(work.fixed, false), (work.moving, true)]
             .map(|((mesh, asked), is_moving)| TreeKey { mesh, cut: cut(asked), is_moving });
         let trees = keys.map(|key| self.tree(key));
         let planned = work.effects.map(|effects| self.plan(&effects)).transpose()?;
-        let published = planned.as_ref().and_then(|planned| planned.published);
+        let plan = planned.as_ref().map(|planned| (planned.number, planned.published));
         self.exchange_given(trees);
         let mut session = match Session::new(self, work, keys, trees, images, planned) {
             Ok(session) => session,
@@ -167,17 +178,44 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Engine<T, L> {
         let report = outcome?;
         self.is_stopped = report.interrupted;
         // The answers are complete, whatever comes of it.
-        if let Err(error) = self.withdraw_plan(published) {
+        if let Err(error) = self.withdraw_plan(plan) {
             tracing::warn!("the engine keeps the memory of a plan: {error}");
         }
         Ok(report)
     }
 
-    fn withdraw_plan(&mut self, published: Option<u32>) -> Result<(), EngineError> {
-        let Some(plan) = published else { return Ok(()) };
+    /// Its number, and where it was published.
+    fn withdraw_plan(&mut self, plan: Option<(u32, Option<u32>)>) -> Result<(), EngineError> {
+        let Some((number, Some(published))) = plan else { return Ok(()) };
         self.settle()?;
         if let Some(shared) = self.crew.transport.shared_geometry() {
-            shared.withdraw(plan)?;
+            shared.withdraw(published)?;
+        }
+        self.take_from_nodes(number)
+    }
+
+    /// Whether the leader of a node has yet to be told of a tree or plan, which it now counts as told.
+    pub(super) fn tells_node_of(&mut self, node: usize, number: u32) -> bool {
+        self.told[node].insert(number)
+    }
+
+    pub(super) fn send_to_node(&mut self, node: usize, parts: &[&[u8]]) -> Result<(), EngineError> {
+        let others = self.crew.transport.other_nodes().expect("a node that is another");
+        Ok(others.send_to_node(node, parts)?)
+    }
+
+    /// Of a tree, a plan, or what else nodes are to keep.
+    pub(super) fn next_number(&mut self) -> u32 {
+        self.next_tree += 1;
+        self.next_tree - 1
+    }
+
+    /// What their leaders were told of they need no longer keep.
+    pub(super) fn take_from_nodes(&mut self, number: u32) -> Result<(), EngineError> {
+        for node in 0..self.told.len() {
+            if self.told[node].remove(&number) {
+                self.send_to_node(node, &[bytemuck::bytes_of(&JobHeader::remove_tree(number))])?;
+            }
         }
         Ok(())
     }
@@ -190,13 +228,10 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Engine<T, L> {
             let key = TreeKey { mesh, cut: Cut::Depth(0), is_moving: false };
             parts.push((self.tree(key), mesh, image));
         }
-        let number = self.next_tree;
-        self.next_tree += 1;
-        let how = match self.crew.transport.shared_geometry() {
-            Some(_) => Parts::InPlace,
-            None => Parts::Sent(self.options.compress),
-        };
-        let mut planned = Planned::new(number, effects.plan, &parts, how);
+        let number = self.next_number();
+        let published = Published::of(&mut self.crew.transport);
+        let compress = self.options.compress;
+        let mut planned = Planned::new(number, effects.plan, &parts, published, compress);
         if let Some(shared) = self.crew.transport.shared_geometry() {
             let place = self.next_mesh;
             self.next_mesh += 1;

@@ -11,18 +11,18 @@ mod supply;
 use std::io;
 
 use super::collection::BadReply;
-pub use super::engine_report::{EngineReport, TransferReport, WorkerReport};
+pub use super::engine_report::{EngineReport, NodeReport, TransferReport, WorkerReport};
 use crate::effects::Plan;
 use crate::effects::layout::Sayings;
 use crate::geometry::Pose;
-use crate::scene::NothingSent;
+use crate::scene::{NothingSent, OutOfRange};
 use crate::transport::{TransportError, WorkerId};
 use crate::tree::descent::Pair;
 use crate::tree::roots::Cut;
 use crate::tree::{Accuracy, TreeKind};
 use crate::wire::{CostRecord, Wanted};
 pub use engine::{Engine, MeshId};
-pub use start::{AnyEngine, needs, start};
+pub use start::{AnyEngine, needs, start, start_on_ranks};
 
 /// What is to be answered.
 #[derive(Clone, Copy, Debug)]
@@ -79,6 +79,15 @@ pub enum EngineError {
     TooManyScenarios(usize),
     #[error("workers see the trees from the top only where they share memory with the master")]
     TopNotShared,
+    #[error(
+        "transport threads is of one process: over several ranks take iceoryx2 (a copy of the trees a \
+         machine), or pipe or socket (one a rank)"
+    )]
+    ThreadsOnRanks,
+    #[error("over several ranks the master sends all subtrees: leave subtrees_from = workers out")]
+    FromWorkersOnRanks,
+    #[error("a worker for each rank: {0}")]
+    Ranks(OutOfRange),
     #[error(transparent)]
     NothingSent(#[from] NothingSent),
     #[error("the engine has stopped in the middle of a run: start another")]

@@ -3,13 +3,13 @@
 use std::sync::Arc;
 
 use super::MeshId;
-use super::supply::SentTree;
+use super::supply::{Published, SentTree, Way};
 use crate::effects::Plan;
 use crate::effects::layout::Layout;
 use crate::scene::Compression;
 use crate::tree::TreeImage;
 use crate::tree::roots::Cut;
-use crate::wire::{InPlaceTree, JobHeader, PlanMessage, plan_in_place};
+use crate::wire::{InPlaceTree, JobHeader, PlanMessage, published_at};
 
 pub(super) struct Planned {
     /// Plans are numbered as trees are.
@@ -18,15 +18,16 @@ pub(super) struct Planned {
     /// Where workers can read it, if there is such a place.
     pub published: Option<u32>,
     text: Vec<u8>,
-    /// The number of each tree, and what a worker is told of it.
-    parts: Vec<(u32, Vec<Message>)>,
+    parts: Vec<Part>,
 }
 
-/// How workers come by the trees of a plan.
-#[derive(Clone, Copy)]
-pub(super) enum Parts {
-    InPlace,
-    Sent(Compression),
+/// What is said of a tree that workers are to have as a whole.
+struct Part {
+    /// Its number.
+    tree: u32,
+    in_place: Message,
+    /// Empty if nobody is sent anything.
+    sent: Vec<Message>,
 }
 
 /// A message, in parts.
@@ -38,14 +39,20 @@ impl Planned {
         number: u32,
         plan: &Plan,
         parts: &[(u32, MeshId, Arc<TreeImage>)],
-        how: Parts,
+        published: Published,
+        compress: Compression,
     ) -> Self {
         let numbers = parts.iter().map(|(tree, ..)| *tree).collect();
         let text = PlanMessage { plan: plan.clone(), parts: numbers }.to_bytes();
-        let told = |(tree, mesh, image): &(u32, MeshId, Arc<TreeImage>)| {
-            (*tree, messages(*tree, *mesh, image, how))
-        };
-        let parts = parts.iter().map(told).collect();
+        let parts = parts.iter().map(|(tree, mesh, image)| {
+            let place = InPlaceTree { mesh: mesh.0, cut: WHOLE }.to_bytes().to_vec();
+            let sent = match published {
+                Published::ToAll => Vec::new(),
+                _ => sent(*tree, image, compress),
+            };
+            Part { tree: *tree, in_place: message(&JobHeader::add_tree(*tree), place), sent }
+        });
+        let parts = parts.collect();
         Self { number, layout: plan.layout(), published: None, text, parts }
     }
 
@@ -53,30 +60,35 @@ impl Planned {
         &self.text
     }
 
-    /// For each thing that a worker is told of, its number and what it is told: trees first.
-    pub(super) fn messages(&self) -> impl Iterator<Item = (u32, Vec<Message>)> {
-        let plan = match self.published {
-            Some(place) => plan_in_place(place).to_vec(),
-            None => self.text.clone(),
+    /// The numbers of what a worker is told of: trees first.
+    pub(super) fn numbers(&self) -> impl Iterator<Item = u32> {
+        self.parts.iter().map(|part| part.tree).chain([self.number])
+    }
+
+    /// What is said of the thing with that number to a worker that comes to it in this way.
+    pub(super) fn messages(&self, number: u32, way: Way) -> Vec<Message> {
+        if let Some(part) = self.parts.iter().find(|part| part.tree == number) {
+            return match way {
+                Way::InPlace => vec![part.in_place.clone()],
+                Way::Sent => part.sent.clone(),
+                Way::ByNode(_) => vec![message(&JobHeader::add_tree(number), Vec::new())],
+            };
+        }
+        let plan = match (way, self.published) {
+            (Way::InPlace, Some(place)) => published_at(place).to_vec(),
+            (Way::ByNode(_), _) => published_at(self.number).to_vec(),
+            _ => self.text.clone(),
         };
-        let plan = (self.number, vec![message(&JobHeader::plan(self.number), plan)]);
-        self.parts.iter().cloned().chain([plan])
+        vec![message(&JobHeader::plan(self.number), plan)]
     }
 }
 
-/// What a worker is told of a tree that it is to have as a whole.
-fn messages(tree: u32, mesh: MeshId, image: &TreeImage, how: Parts) -> Vec<Message> {
-    let (add, cut) = (JobHeader::add_tree(tree), Cut::Depth(0));
-    match how {
-        Parts::InPlace => {
-            vec![message(&add, InPlaceTree { mesh: mesh.0, cut }.to_bytes().to_vec())]
-        }
-        Parts::Sent(compress) => {
-            let sent = SentTree::new(image.view(), cut, compress);
-            let whole = message(&JobHeader::add_subtree(tree), sent.message(0).into_owned());
-            vec![message(&add, sent.outline()), whole]
-        }
-    }
+const WHOLE: Cut = Cut::Depth(0);
+
+fn sent(tree: u32, image: &TreeImage, compress: Compression) -> Vec<Message> {
+    let sent = SentTree::new(image.view(), WHOLE, compress);
+    let whole = message(&JobHeader::add_subtree(tree), sent.message(0).into_owned());
+    vec![message(&JobHeader::add_tree(tree), sent.outline()), whole]
 }
 
 fn message(header: &JobHeader, body: Vec<u8>) -> Message {

@@ -2,18 +2,19 @@
 
 mod tasks;
 
+use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use super::crew::Crew;
 use super::engine::{Engine, TreeKey};
 use super::planned::Planned;
-use super::supply::Supply;
+use super::supply::{Published, Supply};
 use super::{EngineError, ResultSink, ScenarioResult, Work};
 use crate::scene::SubtreesFrom;
 use crate::scheduler::assignment::{Assignment, BufferLimits};
 use crate::scheduler::collection::{BadReply, Collection, Outcome, Said};
-use crate::scheduler::engine_report::{EngineReport, TransferReport, WorkerReport};
+use crate::scheduler::engine_report::{EngineReport, NodeReport, TransferReport, WorkerReport};
 use crate::scheduler::jobs_submitter::JobsSubmitter;
 use crate::scheduler::launch::Launch;
 use crate::scheduler::local_client::{LocalClient, SubtreeBytes};
@@ -60,6 +61,8 @@ pub(super) struct Session<'e, T: MasterEnd, L: Launch<T::Attach>> {
     looked: Instant,
     /// After an interrupt nobody is replaced any more.
     is_ending: bool,
+    /// Per client those that its node has published, and that it may not have taken yet.
+    long_batches: Vec<VecDeque<u32>>,
 }
 
 impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
@@ -81,13 +84,10 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
         let scenarios = u32::try_from(work.poses.len())
             .map_err(|_| EngineError::TooManyScenarios(work.poses.len()))?;
         let options = &engine.options;
-        let is_shared = engine.crew.transport.shared_geometry().is_some();
+        let published = Published::of(&mut engine.crew.transport);
         let views = images.map(TreeImage::view);
-        let (supply, transfer) = if is_shared {
-            (Supply::in_place(keys, options.start_from), TransferReport::default())
-        } else {
-            Supply::sent(keys, options.start_from, views, options.compress)?
-        };
+        let (supply, transfer) =
+            Supply::new(published, keys, options.start_from, views, options.compress)?;
         let workers = engine.crew.len();
         let limits = BufferLimits {
             scenarios: options.buffer_scenarios.get(),
@@ -115,13 +115,17 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
             pre_analysis_s: 0.0,
             matching_s: 0.0,
             workers: vec![WorkerReport::default(); workers],
+            nodes: vec![NodeReport::default(); engine.nodes.count()],
         };
         let layout = planned.as_ref().map(|planned| planned.layout.clone()).unwrap_or_default();
         let plan = planned.as_ref().map(|planned| planned.number);
         let wanted = Wanted { plan, ..work.wanted };
         let clients = std::mem::take(&mut engine.clients);
-        let nodes = std::mem::take(&mut engine.nodes);
+        let mut nodes = std::mem::take(&mut engine.nodes);
         let subtree_bytes = supply.subtree_bytes();
+        if published == Published::ToThisNode {
+            nodes.all_mut()[0].give_all(subtree_bytes.each_ref().map(Vec::len));
+        }
         let asks_workers = engine.options.subtrees_from == SubtreesFrom::Workers;
         let sources = asks_workers.then(|| sources(&engine.crew, &nodes, subtree_bytes.clone()));
         let traffic_before = (0..workers).map(|client| engine.crew.traffic(client)).collect();
@@ -160,6 +164,7 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
             last_answers: None,
             looked: Instant::now(),
             is_ending: false,
+            long_batches: vec![VecDeque::new(); workers],
         })
     }
 
@@ -344,6 +349,9 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
             }
             self.listen(left, sink)?;
         }
+        for number in std::mem::take(&mut self.long_batches).into_iter().flatten() {
+            self.engine.take_from_nodes(number)?;
+        }
         let mut report = self.report.clone();
         report.interrupted = interrupted;
         report.pre_analysis_s = self.pre_analysis.as_secs_f64();
@@ -357,11 +365,32 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
                 now.to_worker + now.from_worker - before.to_worker - before.from_worker;
             worker.restarts = self.engine.crew.restarts(client) - self.restarts_before[client];
         }
-        report.bytes_sent = report.workers.iter().map(|w| w.geometry_bytes_copied).sum();
+        report.nodes = self.nodes_report();
+        let to_workers = report.workers.iter().map(|worker| worker.geometry_bytes_copied);
+        let to_nodes = report.nodes.iter().map(|node| node.geometry_bytes_copied);
+        report.bytes_sent = to_workers.chain(to_nodes).sum();
         report.transfer.bytes_from_workers =
             report.workers.iter().map(|w| w.bytes_from_workers).sum();
         report.relative_data_transfer = report.bytes_sent as f64 / self.tree_bytes as f64;
         Ok(report)
+    }
+}
+
+impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
+    /// Empty where all workers are on one machine.
+    fn nodes_report(&mut self) -> Vec<NodeReport> {
+        let workers = (0..self.engine.crew.len()).map(|client| self.assignment.nodes.of(client));
+        let Some(others) = self.engine.crew.transport.other_nodes() else { return Vec::new() };
+        let mut nodes = self.report.nodes.clone();
+        workers.for_each(|node| nodes[node].workers += 1);
+        for (number, node) in nodes.iter_mut().enumerate() {
+            let Traffic { to_worker, from_worker } = others.traffic_of_node(number);
+            let relative = node.geometry_bytes_copied as f64 / self.tree_bytes as f64;
+            node.host = others.host(number);
+            node.relative_data_transfer = relative;
+            (node.link_bytes_sent, node.link_bytes_received) = (to_worker, from_worker);
+        }
+        nodes
     }
 }
 

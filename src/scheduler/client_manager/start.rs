@@ -5,8 +5,9 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use super::{Engine, EngineError, EngineReport, MeshId, ResultSink, Work};
-use crate::scene::{EngineOptions, StartFrom, Transport};
+use crate::scene::{EngineOptions, StartFrom, SubtreesFrom, Transport, WorkerCount};
 use crate::scheduler::launch::{InThreads, Launch, Processes};
+use crate::scheduler::ranks::{Command, Hybrid, NodeIs, OnNodes};
 use crate::transport::shared_memory::{SharedMemory, default_base};
 use crate::transport::stream::{Pipes, Sockets};
 use crate::transport::threads::Threads;
@@ -63,6 +64,35 @@ pub fn start(options: EngineOptions, program: PathBuf) -> Result<Box<dyn AnyEngi
         Transport::Pipe => Box::new(Engine::start(Pipes::create(&needs)?, processes, options)?),
         Transport::Socket => Box::new(Engine::start(Sockets::create(&needs)?, processes, options)?),
     })
+}
+
+/// Starts an engine with a worker for each rank: where memory is to be in common, as children of the
+/// leader of each machine, otherwise of each rank.
+pub fn start_on_ranks(
+    options: EngineOptions,
+    program: PathBuf,
+    command: Command,
+) -> Result<Box<dyn AnyEngine>, EngineError> {
+    let node = match options.transport {
+        Transport::Iceoryx2 => NodeIs::Machine,
+        Transport::Pipe | Transport::Socket => NodeIs::Rank,
+        Transport::Threads => return Err(EngineError::ThreadsOnRanks),
+    };
+    if options.subtrees_from == SubtreesFrom::Workers {
+        return Err(EngineError::FromWorkersOnRanks);
+    }
+    let workers = Some(WorkerCount::new(command.ranks().into()).map_err(EngineError::Ranks)?);
+    let start_from = match command.nodes_of(node) {
+        1 => options.start_from,
+        _ if options.start_from == Some(StartFrom::Top) => return Err(EngineError::TopNotShared),
+        _ => Some(StartFrom::RootPairs),
+    };
+    let transport = Transport::Iceoryx2;
+    let options = EngineOptions { workers, start_from, transport, ..options };
+    let needs = Needs { wake_up: WakeUp::Block, ..needs(&options) };
+    let end = Hybrid::create(&default_base(), command, node, &needs)?;
+    let launcher = OnNodes { here: Processes { program } };
+    Ok(Box::new(Engine::start(end, launcher, options)?))
 }
 
 /// What an engine with these options needs of a transport.

@@ -11,30 +11,69 @@ use super::engine::TreeKey;
 use crate::scene::{Compression, StartFrom};
 use crate::scheduler::engine_report::TransferReport;
 use crate::scheduler::local_client::SubtreeBytes;
+use crate::transport::MasterEnd;
 use crate::tree::TreeView;
 use crate::tree::roots::Cut;
 use crate::tree::subtree::{Subtrees, compressed};
 use crate::wire::InPlaceTree;
 
 pub(super) enum Supply<'a> {
-    InPlace { keys: [TreeKey; 2], start_from: StartFrom },
+    InPlace {
+        keys: [TreeKey; 2],
+        start_from: StartFrom,
+    },
     Sent(Box<[SentTree<'a>; 2]>),
+    /// In place on this machine; elsewhere subtrees are sent, once to each node.
+    Nodes {
+        keys: [TreeKey; 2],
+        trees: Box<[SentTree<'a>; 2]>,
+    },
+}
+
+/// How a client comes to what it needs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Way {
+    /// It sees what is published.
+    InPlace,
+    /// It is sent everything itself.
+    Sent,
+    /// It sees what the leader of its node, another than this, was sent.
+    ByNode(usize),
+}
+
+/// To whom geometry can be published: to nobody, to all workers, or to those of this node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Published {
+    ToNobody,
+    ToAll,
+    ToThisNode,
+}
+
+impl Published {
+    pub(super) fn of(transport: &mut impl MasterEnd) -> Self {
+        match (transport.shared_geometry().is_some(), transport.other_nodes().is_some()) {
+            (false, _) => Self::ToNobody,
+            (true, false) => Self::ToAll,
+            (true, true) => Self::ToThisNode,
+        }
+    }
 }
 
 impl<'a> Supply<'a> {
     /// Where workers see the geometry, what they can find themselves is neither computed for them
     /// nor sent.
-    pub(super) fn in_place(keys: [TreeKey; 2], start_from: Option<StartFrom>) -> Self {
-        Self::InPlace { keys, start_from: start_from.unwrap_or(StartFrom::Top) }
-    }
-
-    /// With what compressing all subtrees took and saved.
-    pub(super) fn sent(
+    /// With what compressing all subtrees took and saved, if they are sent.
+    pub(super) fn new(
+        published: Published,
         keys: [TreeKey; 2],
         start_from: Option<StartFrom>,
         trees: [TreeView<'a>; 2],
         compress: Compression,
     ) -> Result<(Self, TransferReport), EngineError> {
+        if published == Published::ToAll {
+            let start_from = start_from.unwrap_or(StartFrom::Top);
+            return Ok((Self::InPlace { keys, start_from }, TransferReport::default()));
+        }
         if start_from == Some(StartFrom::Top) {
             return Err(EngineError::TopNotShared);
         }
@@ -52,55 +91,71 @@ impl<'a> Supply<'a> {
             bytes_packed: lengths.iter().map(|(_, packed)| packed).sum(),
             ..TransferReport::default()
         };
-        Ok((Self::Sent(Box::new(trees)), report))
+        let trees = Box::new(trees);
+        let supply = match published {
+            Published::ToThisNode => Self::Nodes { keys, trees },
+            _ => Self::Sent(trees),
+        };
+        Ok((supply, report))
     }
 
     pub(super) fn start_from(&self) -> StartFrom {
         match self {
             Self::InPlace { start_from, .. } => *start_from,
-            Self::Sent(_) => StartFrom::RootPairs,
+            Self::Sent(_) | Self::Nodes { .. } => StartFrom::RootPairs,
         }
     }
 
-    pub(super) fn is_in_place(&self) -> bool {
-        matches!(self, Self::InPlace { .. })
+    /// Of a client of that node.
+    pub(super) fn way(&self, node: usize) -> Way {
+        match (self, node) {
+            (Self::InPlace { .. }, _) | (Self::Nodes { .. }, 0) => Way::InPlace,
+            (Self::Sent(_), _) => Way::Sent,
+            (Self::Nodes { .. }, node) => Way::ByNode(node),
+        }
     }
 
-    /// Body of the message that adds a tree.
-    pub(super) fn tree(&self, side: usize) -> Vec<u8> {
+    /// Body of the message that adds a tree to who sees it where it was published.
+    pub(super) fn place(&self, side: usize) -> Vec<u8> {
         match self {
-            Self::InPlace { keys, .. } => {
+            Self::InPlace { keys, .. } | Self::Nodes { keys, .. } => {
                 let TreeKey { mesh, cut, .. } = keys[side];
                 InPlaceTree { mesh: mesh.0, cut }.to_bytes().to_vec()
             }
-            Self::Sent(trees) => trees[side].outline(),
+            Self::Sent(_) => unreachable!("nothing is published"),
         }
+    }
+
+    /// Body of the message that adds a tree to who is sent it.
+    pub(super) fn outline(&self, side: usize) -> Vec<u8> {
+        self.sent(side).outline()
     }
 
     /// Body of the message that adds a subtree.
     pub(super) fn subtree(&self, side: usize, root: u32) -> Cow<'_, [u8]> {
-        match self {
-            Self::InPlace { .. } => unreachable!("subtrees without bytes are not asked for"),
-            Self::Sent(trees) => trees[side].message(root),
-        }
+        self.sent(side).message(root)
     }
 
     /// Of a subtree, as it is sent.
     pub(super) fn length(&self, side: usize, root: u32) -> u64 {
-        match self {
-            Self::InPlace { .. } => 0,
-            Self::Sent(trees) => trees[side].length(root),
-        }
+        self.trees().map_or(0, |trees| trees[side].length(root))
     }
 
     pub(super) fn subtree_bytes(&self) -> SubtreeBytes {
+        let Some(trees) = self.trees() else { return SubtreeBytes::default() };
+        trees.each_ref().map(|tree| (0..tree.count()).map(|root| tree.length(root)).collect())
+    }
+
+    /// What is sent, if anything is.
+    fn trees(&self) -> Option<&[SentTree<'a>; 2]> {
         match self {
-            Self::InPlace { .. } => SubtreeBytes::default(),
-            Self::Sent(trees) => [0, 1].map(|side: usize| {
-                let tree = &trees[side];
-                (0..tree.count()).map(|root| tree.length(root)).collect()
-            }),
+            Self::InPlace { .. } => None,
+            Self::Sent(trees) | Self::Nodes { trees, .. } => Some(trees),
         }
+    }
+
+    fn sent(&self, side: usize) -> &SentTree<'a> {
+        &self.trees().expect("subtrees without bytes are not asked for")[side]
     }
 }
 

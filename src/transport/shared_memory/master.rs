@@ -12,9 +12,10 @@ use iceoryx2::prelude::*;
 
 use super::channel::{self, Cell, Length, Received, cells, service, service_error};
 use super::doorbell::Doorbell;
+use super::growing::Growing;
 use super::room::{self, require_room};
 use super::run_directory::RunDirectory;
-use super::{KEYS, LOOKS_PER_POLL, NAME};
+use super::{KEYS, LOOKS_PER_POLL, NAME, NODE};
 use crate::transport::descriptors::{self, is_any_readable};
 use crate::transport::{
     Attach, MasterEnd, Needs, QUEUED_JOBS, REPLY_BYTES, SharedGeometry, Traffic, TransportError,
@@ -85,6 +86,74 @@ impl SharedMemory {
             connected_ports: std::cell::Cell::new(0),
             needs: needs.clone(),
         })
+    }
+
+    /// As [`open`](MasterEnd::open), for a worker that uses what [`grow`](Self::grow) gives.
+    pub fn open_in_node(&mut self, worker: WorkerId) -> Result<Attach, TransportError> {
+        let attach = self.open(worker)?;
+        Ok(attach.over(NODE))
+    }
+
+    /// As [`receive`](MasterEnd::receive), but of one who goes on sending no more than a queue holds.
+    pub fn receive_some(
+        &mut self,
+        worker: WorkerId,
+        take: &mut dyn FnMut(&[u8]),
+    ) -> Result<(), TransportError> {
+        self.take_replies(worker, channel::QUEUED_REPLIES, take)
+    }
+
+    fn take_replies(
+        &mut self,
+        worker: WorkerId,
+        most: usize,
+        take: &mut dyn FnMut(&[u8]),
+    ) -> Result<(), TransportError> {
+        let channel = self.channels.get(&worker).expect("a channel that was opened");
+        let traffic = self.traffic.entry(worker).or_default();
+        let mut taken = 0;
+        while taken < most
+            && let Some(sample) =
+                channel.replies.receive().map_err(service_error("receive a reply"))?
+        {
+            let message = Received::new(sample)?;
+            traffic.from_worker += message.len() as u64;
+            take(&message);
+            taken += 1;
+        }
+        // It may wait for room.
+        if taken > 0 { channel.wake() } else { Ok(()) }
+    }
+
+    /// Memory for a tree of which workers see more and more.
+    pub fn grow(&self, number: u32, bytes: usize) -> Result<Growing, TransportError> {
+        Growing::create(self.run.path(), number, bytes)
+    }
+
+    /// As [`wait`](MasterEnd::wait); whether it was more than the time that ended it.
+    pub fn has_woken(
+        &mut self,
+        watched: &[BorrowedFd<'_>],
+        limit: Duration,
+    ) -> Result<bool, TransportError> {
+        let deadline = descriptors::deadline(limit);
+        let found = self.needs.wake_up.search(deadline, |looked| {
+            let has_to_poll = looked % LOOKS_PER_POLL == LOOKS_PER_POLL - 1;
+            let is_anything_there =
+                self.look()? || has_to_poll && is_any_readable(watched).map_err(failed)?;
+            Ok(is_anything_there.then_some(()))
+        })?;
+        if found.is_some() {
+            return Ok(true);
+        }
+        loop {
+            if self.sleep(watched, deadline)? {
+                return Ok(true);
+            }
+            if deadline.is_some_and(|deadline| Instant::now() >= deadline) {
+                return Ok(false);
+            }
+        }
     }
 
     fn channel(&mut self, worker: WorkerId) -> &mut Channel {
@@ -180,22 +249,7 @@ impl MasterEnd for SharedMemory {
     }
 
     fn wait(&mut self, watched: &[BorrowedFd<'_>], limit: Duration) -> Result<(), TransportError> {
-        let deadline = descriptors::deadline(limit);
-        let found = self.needs.wake_up.search(deadline, |looked| {
-            let has_to_poll = looked % LOOKS_PER_POLL == LOOKS_PER_POLL - 1;
-            let is_anything_there =
-                self.look()? || has_to_poll && is_any_readable(watched).map_err(failed)?;
-            Ok(is_anything_there.then_some(()))
-        })?;
-        if found.is_some() {
-            return Ok(());
-        }
-        loop {
-            let is_over = || deadline.is_some_and(|deadline| Instant::now() >= deadline);
-            if self.sleep(watched, deadline)? || is_over() {
-                return Ok(());
-            }
-        }
+        self.has_woken(watched, limit).map(|_| ())
     }
 
     fn receive(
@@ -203,19 +257,7 @@ impl MasterEnd for SharedMemory {
         worker: WorkerId,
         take: &mut dyn FnMut(&[u8]),
     ) -> Result<(), TransportError> {
-        let channel = self.channels.get(&worker).expect("a channel that was opened");
-        let traffic = self.traffic.entry(worker).or_default();
-        let mut is_anything_taken = false;
-        while let Some(sample) =
-            channel.replies.receive().map_err(service_error("receive a reply"))?
-        {
-            let message = Received::new(sample)?;
-            traffic.from_worker += message.len() as u64;
-            take(&message);
-            is_anything_taken = true;
-        }
-        // It may wait for room.
-        if is_anything_taken { channel.wake() } else { Ok(()) }
+        self.take_replies(worker, usize::MAX, take)
     }
 
     fn close(

@@ -13,6 +13,9 @@
 //! half-made files. The run's directory takes everything with it instead.
 
 pub const NAME: &str = "iceoryx2";
+/// Of workers whose master is not the run's but the leader of their node: the trees that it has
+/// grow as they are needed.
+pub const NODE: &str = "iceoryx2-node";
 
 const KEYS: [&str; 4] = ["--wake-up", "--run", "--slot", "--incarnation"];
 
@@ -21,11 +24,13 @@ const LOOKS_PER_POLL: u32 = 256;
 
 mod channel;
 mod doorbell;
+mod growing;
 mod master;
 mod room;
 mod run_directory;
 mod worker;
 
+pub use growing::{Growing, Grown};
 pub use master::SharedMemory;
 pub use room::require_room;
 pub use run_directory::{Leftovers, LivingRun, NotRemoved, default_base, remove_leftovers};

@@ -10,6 +10,7 @@ use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use std::path::Path;
 use std::sync::Once;
 
+use super::growing::GROWING;
 use crate::transport::TransportError;
 
 pub const SHARED_MEMORY_DIRECTORY: &str = "/dev/shm";
@@ -83,7 +84,9 @@ pub fn reserve(prefix: &str) -> Result<(), TransportError> {
     };
     for entry in std::fs::read_dir(SHARED_MEMORY_DIRECTORY).map_err(refuse)? {
         let entry = entry.map_err(refuse)?;
-        if entry.file_name().as_encoded_bytes().starts_with(prefix.as_bytes()) {
+        let name = entry.file_name();
+        let name = name.as_encoded_bytes();
+        if name.starts_with(prefix.as_bytes()) && !name.ends_with(GROWING.as_bytes()) {
             reserve_file(&entry.path()).map_err(refuse)?;
         }
     }

@@ -7,9 +7,11 @@ use iceoryx2::prelude::*;
 
 use super::channel::{self, Cell, Length, Received, cells, service, service_error};
 use super::doorbell::Doorbell;
+use super::growing::Grown;
 use super::{KEYS, LOOKS_PER_POLL, room, run_directory};
 use crate::transport::{
-    GeometryInPlace, REPLY_BYTES, TransportError, WakeUp, WorkerEnd, WorkerId, attach,
+    GeometryInPlace, GrowingGeometry, REPLY_BYTES, TransportError, WakeUp, WorkerEnd, WorkerId,
+    attach,
 };
 
 /// A published image in shared memory, mapped read-only.
@@ -132,6 +134,14 @@ impl WorkerEnd for SharedMemoryWorker {
         // Nobody there to be woken is seen by who receives.
         let _ = self.master_bell.ring_if_asleep();
         Ok(())
+    }
+}
+
+impl GrowingGeometry for SharedMemoryWorker {
+    type Growing = Grown;
+
+    fn growing(&mut self, number: u32) -> Result<Grown, TransportError> {
+        Grown::open(&self.run, number)
     }
 }
 

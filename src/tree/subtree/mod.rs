@@ -6,6 +6,7 @@
 //! puts what comes to its place, so that a descent reads a partial image as it reads a whole one;
 //! what never came costs it nothing.
 
+mod common_image;
 mod compressed;
 mod message;
 mod outline;
@@ -14,6 +15,7 @@ mod partial;
 mod sections;
 mod span;
 
+pub use common_image::{CommonTree, Region, SeenTree};
 pub use compressed::compressed;
 pub use outline::Subtrees;
 pub use partial::PartialTree;

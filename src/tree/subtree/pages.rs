@@ -1,7 +1,9 @@
 //! Memory that costs nothing where nothing was written.
 
 use std::io;
+use std::ops::Deref;
 
+use super::partial::Put;
 use memmap2::{Advice, MmapMut, MmapOptions, UncheckedAdvice};
 
 /// Zeroes, until something is written. Pages are given back when nobody uses them any more.
@@ -23,16 +25,12 @@ impl Pages {
         Ok(Self { memory, page, users: vec![0; bytes.div_ceil(page)] })
     }
 
-    pub fn bytes(&self) -> &[u8] {
-        &self.memory
-    }
-
-    pub fn write(&mut self, at: usize, bytes: &[u8]) {
+    fn write(&mut self, at: usize, bytes: &[u8]) {
         self.memory[at..at + bytes.len()].copy_from_slice(bytes);
     }
 
     /// Numbers of the pages of these ranges, each once.
-    pub fn of(&self, ranges: impl Iterator<Item = (usize, usize)>) -> Vec<u32> {
+    fn of(&self, ranges: impl Iterator<Item = (usize, usize)>) -> Vec<u32> {
         let mut pages = Vec::new();
         for (at, length) in ranges.filter(|&(_, length)| length > 0) {
             let (first, last) = (at / self.page, (at + length - 1) / self.page);
@@ -43,7 +41,7 @@ impl Pages {
         pages
     }
 
-    pub fn hold(&mut self, pages: &[u32]) {
+    fn hold(&mut self, pages: &[u32]) {
         for &page in pages {
             self.users[page as usize] += 1;
         }
@@ -76,6 +74,23 @@ impl Pages {
             // Then it keeps its memory, but not what was in it.
             self.memory[at..at + length].fill(0);
         }
+    }
+}
+
+impl Deref for Pages {
+    type Target = [u8];
+
+    fn deref(&self) -> &[u8] {
+        &self.memory
+    }
+}
+
+impl Put for Pages {
+    fn put(&mut self, writes: &[(usize, &[u8])]) -> io::Result<Vec<u32>> {
+        let pages = self.of(writes.iter().map(|(at, bytes)| (*at, bytes.len())));
+        self.hold(&pages);
+        writes.iter().for_each(|(at, bytes)| self.write(*at, bytes));
+        Ok(pages)
     }
 }
 

@@ -1,5 +1,8 @@
 //! The receiver's side: an image of which some subtrees are here.
 
+use std::io;
+use std::ops::Deref;
+
 use bytemuck::{bytes_of, cast_slice};
 
 use super::SubtreeError;
@@ -15,8 +18,8 @@ use crate::tree::{Header, TreeKind, TreeView};
 /// An image in which subtrees are put and from which they are taken. Everything lies where it lies
 /// in the whole one; a descent can start at the roots that are here.
 #[derive(Debug)]
-pub struct PartialTree {
-    pages: Pages,
+pub struct PartialTree<M = Pages> {
+    memory: M,
     spans: Vec<Span>,
     roots: Vec<DistributedRoot>,
     held: Vec<bool>,
@@ -24,38 +27,54 @@ pub struct PartialTree {
     written: Vec<Vec<u32>>,
 }
 
+/// Memory for a partial image, which is zeroes at first.
+pub trait Put: Deref<Target = [u8]> {
+    /// Writes each of these bytes to its place; the pages that are held for it.
+    fn put(&mut self, writes: &[(usize, &[u8])]) -> io::Result<Vec<u32>>;
+}
+
 impl PartialTree {
     /// Without any subtree yet.
     pub fn new(outline: &[u8]) -> Result<Self, SubtreeError> {
-        let (numbers, mut arrays) = read(Topic::Outline, outline)?;
-        let header = arrays.take::<Header>(1)?[0];
-        header.check()?;
-        if numbers.image != header.content_hash || numbers.shared != 0 {
-            return Err(SubtreeError::Malformed("its image has another hash"));
+        Self::within(outline, |bytes, _| Pages::reserve(bytes))
+    }
+
+    /// Gives back the memory that no other subtree needs.
+    pub fn remove(&mut self, root: u32) -> Result<(), RootError> {
+        match self.held.get_mut(root as usize) {
+            None => Err(RootError::Unknown { root, roots: self.spans.len() }),
+            Some(false) => Err(RootError::NotHeld { root }),
+            Some(held) => {
+                *held = false;
+                self.memory.release(&std::mem::take(&mut self.written[root as usize]));
+                Ok(())
+            }
         }
-        let spans = arrays.take::<Span>(numbers.root)?.into_owned();
-        let below = spans.iter().try_fold(0_u32, |sum, span| sum.checked_add(span.nodes));
-        let top = below.and_then(|below| header.node_count.checked_sub(below));
-        let top = top.ok_or(SubtreeError::Malformed("subtrees have more nodes than there are"))?;
-        let wide = header.tree_kind() == TreeKind::Wide;
-        let nodes = arrays.take::<WideNode>(if wide { top } else { 0 })?;
-        arrays.end()?;
-        let numbers = check_outline(&header, &spans, &nodes)?;
+    }
+
+    /// Bytes of the pages that are in use.
+    pub fn memory(&self) -> usize {
+        self.memory.in_use()
+    }
+}
+
+impl<M: Put> PartialTree<M> {
+    /// Without any subtree yet, in the memory that is made for so many bytes and roots.
+    pub(super) fn within(
+        outline: &[u8],
+        make: impl FnOnce(usize, usize) -> io::Result<M>,
+    ) -> Result<Self, SubtreeError> {
+        let Outline { header, spans, top } = Outline::read(outline)?;
         let memory = |source| SubtreeError::Memory { bytes: header.byte_length, source };
         let length = usize::try_from(header.byte_length).map_err(|_| memory(out_of_memory()))?;
-        let mut pages = Pages::reserve(length).map_err(memory)?;
+        let mut within = make(length, spans.len()).map_err(memory)?;
         let place =
             |number: u32| header.nodes_at as usize + number as usize * size_of::<WideNode>();
-        let nodes = numbers.iter().zip(&*nodes).map(|(&at, node)| (place(at), bytes_of(node)));
-        for (at, bytes) in nodes.chain([(0, bytes_of(&header))]) {
-            // Held for good.
-            let written = pages.of([(at, bytes.len())].into_iter());
-            pages.hold(&written);
-            pages.write(at, bytes);
-        }
-        let roots = spans.iter().map(Span::root).collect();
-        let (held, written) = (vec![false; spans.len()], vec![Vec::new(); spans.len()]);
-        Ok(Self { pages, spans, roots, held, written })
+        let nodes = top.iter().map(|(at, node)| (place(*at), bytes_of(node)));
+        let writes: Vec<_> = nodes.chain([(0, bytes_of(&header))]).collect();
+        // Held for good.
+        within.put(&writes).map_err(memory)?;
+        Ok(Self::of(within, spans))
     }
 
     /// Puts a subtree to its place, compressed or not; its number. A message that is refused changes
@@ -88,12 +107,10 @@ impl PartialTree {
         let sections = Sections::read(kind, &span, numbers.shared, arrays)?;
         sections.check(&self.view(), &span)?;
         let writes = sections.places(self.view().header(), &span);
-        let pages = self.pages.of(writes.iter().map(|(at, bytes)| (*at, bytes.len())));
-        self.pages.hold(&pages);
-        for (at, bytes) in writes {
-            self.pages.write(at, bytes);
-        }
-        self.written[root as usize] = pages;
+        let bytes = self.view().header().byte_length;
+        let held = self.memory.put(&writes);
+        let held = held.map_err(|source| SubtreeError::Memory { bytes, source })?;
+        self.written[root as usize] = held;
         self.held[root as usize] = true;
         Ok(root)
     }
@@ -115,18 +132,32 @@ impl PartialTree {
         let shared = span.first_vertex.min(span.triangles.saturating_mul(3));
         Ok(HEADER as u64 + span.array_bytes(self.view().kind(), shared))
     }
+}
 
-    /// Gives back the memory that no other subtree needs.
-    pub fn remove(&mut self, root: u32) -> Result<(), RootError> {
-        match self.held.get_mut(root as usize) {
-            None => Err(RootError::Unknown { root, roots: self.spans.len() }),
-            Some(false) => Err(RootError::NotHeld { root }),
-            Some(held) => {
-                *held = false;
-                self.pages.release(&std::mem::take(&mut self.written[root as usize]));
-                Ok(())
-            }
-        }
+impl<M: Deref<Target = [u8]>> PartialTree<M> {
+    /// In memory that somebody else has put it in, and goes on to put subtrees in.
+    pub(super) fn of_another(
+        outline: &[u8],
+        find: impl FnOnce(usize, usize) -> Result<M, SubtreeError>,
+    ) -> Result<Self, SubtreeError> {
+        let Outline { header, spans, .. } = Outline::read(outline)?;
+        let bytes = header.byte_length as usize;
+        Ok(Self::of(find(bytes, spans.len())?, spans))
+    }
+
+    fn of(memory: M, spans: Vec<Span>) -> Self {
+        let roots = spans.iter().map(Span::root).collect();
+        let (held, written) = (vec![false; spans.len()], vec![Vec::new(); spans.len()]);
+        Self { memory, spans, roots, held, written }
+    }
+
+    pub(super) fn within_memory(&self) -> &M {
+        &self.memory
+    }
+
+    /// Of each root, whether its subtree is here.
+    pub(super) fn held_mut(&mut self) -> (&M, &mut [bool]) {
+        (&self.memory, &mut self.held)
     }
 
     /// Of the whole image.
@@ -144,22 +175,46 @@ impl PartialTree {
         (self.held == [true]).then(|| self.view())
     }
 
-    /// Bytes of the pages that are in use.
-    pub fn memory(&self) -> usize {
-        self.pages.in_use()
-    }
-
     pub fn holds(&self, root: u32) -> bool {
         self.held.get(root as usize) == Some(&true)
     }
 
     fn view(&self) -> TreeView<'_> {
-        TreeView::of_partial(cast_slice(self.pages.bytes()))
+        TreeView::of_partial(cast_slice(&self.memory))
     }
 }
 
-fn out_of_memory() -> std::io::Error {
-    std::io::ErrorKind::OutOfMemory.into()
+fn out_of_memory() -> io::Error {
+    io::ErrorKind::OutOfMemory.into()
+}
+
+/// What a receiver is told before any subtree, checked.
+struct Outline {
+    header: Header,
+    spans: Vec<Span>,
+    /// Nodes above the roots, by their numbers.
+    top: Vec<(u32, WideNode)>,
+}
+
+impl Outline {
+    fn read(outline: &[u8]) -> Result<Self, SubtreeError> {
+        let (numbers, mut arrays) = read(Topic::Outline, outline)?;
+        let header = arrays.take::<Header>(1)?[0];
+        header.check()?;
+        if numbers.image != header.content_hash || numbers.shared != 0 {
+            return Err(SubtreeError::Malformed("its image has another hash"));
+        }
+        let spans = arrays.take::<Span>(numbers.root)?.into_owned();
+        let below = spans.iter().try_fold(0_u32, |sum, span| sum.checked_add(span.nodes));
+        let top = below.and_then(|below| header.node_count.checked_sub(below));
+        let top = top.ok_or(SubtreeError::Malformed("subtrees have more nodes than there are"))?;
+        let wide = header.tree_kind() == TreeKind::Wide;
+        let nodes = arrays.take::<WideNode>(if wide { top } else { 0 })?;
+        arrays.end()?;
+        let numbers = check_outline(&header, &spans, &nodes)?;
+        let top = numbers.into_iter().zip(nodes.iter().copied()).collect();
+        Ok(Self { header, spans, top })
+    }
 }
 
 /// Whether the subtrees follow each other in every section and the nodes above make one tree of

@@ -4,20 +4,22 @@ use std::time::{Duration, Instant};
 
 use super::super::EngineError;
 use super::super::start::longest_batch;
+use super::super::supply::Way;
 use super::Session;
 use crate::scene::{EngineOptions, StartFrom};
 use crate::scheduler::launch::Launch;
-use crate::scheduler::local_client::{Analysis, Buffered, NewTask, Unexpected};
+use crate::scheduler::local_client::{Analysis, Buffered, NewTask, OUTSTANDING_TASKS, Unexpected};
 use crate::scheduler::sources::Source;
 use crate::transport::MasterEnd;
 use crate::transport::peer::PeerName;
 use crate::tree::descent::DescentError;
 use crate::tree::roots::RootPair;
-use crate::wire::{Fetch, Job, JobHeader, ScenarioRecord};
+use crate::wire::{Fetch, Job, JobHeader, ScenarioRecord, published_at};
 
 impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
     /// Tells a worker that is ready of both trees. It gets no task before it has taken them.
     pub(super) fn introduce(&mut self, client: usize) -> Result<(), EngineError> {
+        let way = self.way(client);
         if self.sources.is_some()
             && self.assignment.clients[client].is_ready()
             && self.engine.crew.tells_to_serve(client)
@@ -25,36 +27,88 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
             self.engine.crew.send(client, &[bytemuck::bytes_of(&JobHeader::serve())])?;
         }
         for (side, tree) in self.trees.into_iter().enumerate() {
-            if self.tells_of(client, tree) {
-                let header = JobHeader::add_tree(tree);
-                let body = self.supply.tree(side);
-                self.engine.crew.send(client, &[bytemuck::bytes_of(&header), &body])?;
-                if self.planned.is_some() && !self.supply.is_in_place() {
-                    self.send_subtree(client, side, 0)?;
-                    self.assignment.nodes.of_client_mut(client).give_whole(side);
+            if !self.tells_of(client, tree) {
+                continue;
+            }
+            let body = match way {
+                Way::InPlace => self.supply.place(side),
+                Way::Sent => self.supply.outline(side),
+                Way::ByNode(node) => {
+                    self.introduce_to_node(client, node, side)?;
+                    Vec::new()
                 }
+            };
+            let header = JobHeader::add_tree(tree);
+            self.engine.crew.send(client, &[bytemuck::bytes_of(&header), &body])?;
+            if way == Way::Sent {
+                self.send_whole(client, side)?;
             }
         }
         let Some(planned) = &self.planned else { return Ok(()) };
         if !self.assignment.clients[client].is_ready() {
             return Ok(());
         }
-        let planned_number = planned.number;
-        let messages: Vec<_> = planned.messages().collect();
-        for (number, messages) in messages {
+        let numbers: Vec<_> = planned.numbers().collect();
+        for number in numbers {
             if self.tells_of(client, number) {
-                let is_tree = planned_number != number;
-                for message in messages {
-                    if is_tree && !self.supply.is_in_place() {
-                        let bytes: usize = message.iter().map(Vec::len).sum();
-                        self.report.workers[client].geometry_bytes_copied += bytes as u64;
-                    }
-                    let message: Vec<_> = message.iter().map(|part| &part[..]).collect();
-                    self.engine.crew.send(client, &message)?;
-                }
+                self.tell(client, number, way)?;
             }
         }
         Ok(())
+    }
+
+    /// Tells a node's leader of a tree, before the first of the node's workers.
+    fn introduce_to_node(
+        &mut self,
+        client: usize,
+        node: usize,
+        side: usize,
+    ) -> Result<(), EngineError> {
+        if self.engine.tells_node_of(node, self.trees[side]) {
+            let header = JobHeader::add_tree(self.trees[side]);
+            let body = self.supply.outline(side);
+            self.engine.send_to_node(node, &[bytemuck::bytes_of(&header), &body])?;
+            self.send_whole(client, side)?;
+        }
+        Ok(())
+    }
+
+    /// Effects look at whole trees.
+    fn send_whole(&mut self, client: usize, side: usize) -> Result<(), EngineError> {
+        if self.planned.is_some() {
+            self.send_subtree(client, side, 0)?;
+            self.assignment.nodes.of_client_mut(client).give_whole(side);
+        }
+        Ok(())
+    }
+
+    /// Tells a worker, and before the first of a node's workers its leader, of a part of the plan.
+    fn tell(&mut self, client: usize, number: u32, way: Way) -> Result<(), EngineError> {
+        let planned = self.planned.as_ref().expect("a plan that has parts");
+        let is_tree = planned.number != number;
+        if let Way::ByNode(node) = way
+            && self.engine.tells_node_of(node, number)
+        {
+            for message in planned.messages(number, Way::Sent) {
+                let message: Vec<_> = message.iter().map(|part| &part[..]).collect();
+                if is_tree {
+                    self.report.nodes[node].geometry_bytes_copied += bytes_of(&message);
+                }
+                self.engine.send_to_node(node, &message)?;
+            }
+        }
+        for message in planned.messages(number, way) {
+            let message: Vec<_> = message.iter().map(|part| &part[..]).collect();
+            if is_tree && way == Way::Sent {
+                self.report.workers[client].geometry_bytes_copied += bytes_of(&message);
+            }
+            self.engine.crew.send(client, &message)?;
+        }
+        Ok(())
+    }
+
+    fn way(&self, client: usize) -> Way {
+        self.supply.way(self.assignment.nodes.of(client))
     }
 
     /// Whether the client is to be told of something with this number, and from now on counts as
@@ -69,11 +123,17 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
         tells
     }
 
+    /// To its node, if it has one.
     fn send_subtree(&mut self, client: usize, side: usize, root: u32) -> Result<(), EngineError> {
         let header = JobHeader::add_subtree(self.trees[side]);
         let body = self.supply.subtree(side, root);
-        self.report.workers[client].geometry_bytes_copied += body.len() as u64;
-        self.engine.crew.send(client, &[bytemuck::bytes_of(&header), &body])
+        let (message, bytes) = ([bytemuck::bytes_of(&header), &body], body.len() as u64);
+        if let Way::ByNode(node) = self.way(client) {
+            self.report.nodes[node].geometry_bytes_copied += bytes;
+            return self.engine.send_to_node(node, &message);
+        }
+        self.report.workers[client].geometry_bytes_copied += bytes;
+        self.engine.crew.send(client, &message)
     }
 
     /// From another worker, as one that has the subtree.
@@ -183,7 +243,7 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
             StartFrom::Top => false,
             // Who sees the whole trees can do without.
             StartFrom::RootPairs => {
-                !self.supply.is_in_place()
+                self.way(client) != Way::InPlace
                     || Job::batch_bytes(task.batch.len(), root_pairs)
                         <= longest_batch(&self.engine.options)
             }
@@ -201,15 +261,44 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
         let root_pairs = roots.concat();
         let count = records.len() as u32;
         let header = JobHeader::scenarios(task.number, self.trees, count, from_roots, self.wanted);
-        self.engine.crew.send(
-            client,
-            &[
-                bytemuck::bytes_of(&header),
-                bytemuck::cast_slice(&records),
-                bytemuck::cast_slice(&root_pairs),
-            ],
-        )
+        let batch = [
+            bytemuck::bytes_of(&header),
+            bytemuck::cast_slice(&records),
+            bytemuck::cast_slice(&root_pairs),
+        ];
+        match self.way(client) {
+            Way::ByNode(node) if bytes_of(&batch) > longest_batch(&self.engine.options) as u64 => {
+                self.send_long_batch(client, node, &batch)
+            }
+            _ => self.engine.crew.send(client, &batch),
+        }
     }
+
+    /// A batch that no queue has room for, with very many pairs of roots: its node publishes it.
+    fn send_long_batch(
+        &mut self,
+        client: usize,
+        node: usize,
+        batch: &[&[u8]],
+    ) -> Result<(), EngineError> {
+        let number = self.engine.next_number();
+        let header = JobHeader::plan(number);
+        self.engine.tells_node_of(node, number);
+        self.engine.send_to_node(node, &[&[bytemuck::bytes_of(&header)], batch].concat())?;
+        let (header, place) = (JobHeader::elsewhere(), published_at(number));
+        self.engine.crew.send(client, &[bytemuck::bytes_of(&header), &place])?;
+        self.long_batches[client].push_back(number);
+        // No client has more tasks: it has taken those before.
+        if self.long_batches[client].len() > OUTSTANDING_TASKS {
+            let taken = self.long_batches[client].pop_front().expect("there are some");
+            self.engine.take_from_nodes(taken)?;
+        }
+        Ok(())
+    }
+}
+
+fn bytes_of(message: &[&[u8]]) -> u64 {
+    message.iter().map(|part| part.len() as u64).sum()
 }
 
 /// For a subtree of so many bytes to come from another worker: beyond what it takes, what a machine

@@ -1,0 +1,248 @@
+//! A rank that is not the master: the leader of its node, or one that only waits for the end.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::io;
+use std::path::Path;
+use std::time::Duration;
+
+use super::messages::{Header, Lead, Obituary, ToNode};
+use super::pause::Pause;
+use super::stock::{Stock, StockError};
+use crate::scheduler::launch::{Launch, Worker};
+use crate::transport::ranks::Ranks;
+use crate::transport::shared_memory::SharedMemory;
+use crate::transport::{Attach, MasterEnd, Needs, TransportError, WakeUp, WorkerId};
+use crate::wire::WireError;
+use crate::workers::WorkerError;
+
+const MASTER: u32 = 0;
+
+/// A rank that nobody needs looks that seldom whether it has ended.
+const DOZE: Duration = Duration::from_millis(10);
+
+#[derive(Debug, thiserror::Error)]
+pub enum LeaderError {
+    #[error(transparent)]
+    Transport(#[from] TransportError),
+    #[error("a message from the master: {0}")]
+    Wire(#[from] WireError),
+    #[error(transparent)]
+    Stock(#[from] StockError),
+    #[error("the role of worker {worker}: {source}")]
+    Role { worker: WorkerId, source: WorkerError },
+    #[error("cannot watch worker {worker}: {source}")]
+    Watch { worker: WorkerId, source: io::Error },
+    #[error("this rank was not made a leader, or twice")]
+    Leader,
+}
+
+/// What a rank does that is not the master, until it is told to end. If it cannot, the master is told
+/// why, and ends the job.
+pub fn serve<L: Launch<Attach>>(
+    ranks: &mut dyn Ranks,
+    launcher: &L,
+    base: &Path,
+) -> Result<(), TransportError> {
+    let outcome = doze(ranks, launcher, base);
+    if let Err(error) = outcome {
+        let reason = error.to_string();
+        ranks.send(MASTER, &[Header::failed().bytes(), reason.as_bytes()])?;
+        while !is_told_to_end(ranks)? {
+            std::thread::sleep(DOZE);
+        }
+    }
+    Ok(())
+}
+
+fn is_told_to_end(ranks: &mut dyn Ranks) -> Result<bool, TransportError> {
+    while let Some((_, message)) = ranks.receive()? {
+        if let Ok(ToNode::End) = ToNode::parse(&message) {
+            return Ok(true);
+        }
+    }
+    Ok(false)
+}
+
+fn doze<L: Launch<Attach>>(
+    ranks: &mut dyn Ranks,
+    launcher: &L,
+    base: &Path,
+) -> Result<(), LeaderError> {
+    loop {
+        let Some((_, message)) = ranks.receive()? else {
+            std::thread::sleep(DOZE);
+            continue;
+        };
+        match ToNode::parse(&message)? {
+            ToNode::Lead(lead) => return Leader::new(ranks, launcher, base, lead)?.lead(),
+            ToNode::End => return Ok(()),
+            _ => return Err(LeaderError::Leader),
+        }
+    }
+}
+
+/// The name of this machine.
+pub fn host() -> String {
+    let name = std::fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
+    name.trim().to_owned()
+}
+
+struct Leader<'r, L: Launch<Attach>> {
+    ranks: &'r mut dyn Ranks,
+    launcher: &'r L,
+    /// Before the transport, so that no worker is alive when its files are removed.
+    members: BTreeMap<WorkerId, Member<L::Worker>>,
+    stock: Stock,
+    transport: SharedMemory,
+}
+
+struct Member<W> {
+    process: W,
+    /// Messages that its queue has no room for yet.
+    backlog: VecDeque<Vec<u8>>,
+}
+
+impl<'r, L: Launch<Attach>> Leader<'r, L> {
+    fn new(
+        ranks: &'r mut dyn Ranks,
+        launcher: &'r L,
+        base: &Path,
+        lead: Lead,
+    ) -> Result<Self, LeaderError> {
+        let Lead { job_bytes, workers } = lead;
+        let (job_bytes, workers) = (job_bytes as usize, workers as u32);
+        let needs = Needs { workers, job_bytes, wake_up: WakeUp::Block };
+        let transport = SharedMemory::create(base, &needs)?;
+        ranks.send(MASTER, &[Header::host().bytes(), host().as_bytes()])?;
+        let (members, stock) = (BTreeMap::new(), Stock::default());
+        Ok(Self { ranks, launcher, members, stock, transport })
+    }
+
+    fn lead(mut self) -> Result<(), LeaderError> {
+        let mut pause = Pause::default();
+        loop {
+            while let Some((_, message)) = self.ranks.receive()? {
+                pause = Pause::default();
+                match ToNode::parse(&message)? {
+                    ToNode::End => return Ok(()),
+                    said => self.obey(said)?,
+                }
+            }
+            self.report()?;
+            let watched: Vec<_> =
+                self.members.values().map(|member| member.process.death_notice()).collect();
+            let sleep = pause.next(self.ranks.is_busy());
+            if self.transport.has_woken(&watched, sleep)? {
+                pause = Pause::default();
+            }
+        }
+    }
+
+    fn obey(&mut self, said: ToNode<'_>) -> Result<(), LeaderError> {
+        match said {
+            ToNode::Lead(_) | ToNode::End => Err(LeaderError::Leader),
+            ToNode::Start { worker, role } => self.start(worker, role),
+            ToNode::Kill(worker) => {
+                // One that has ended was reported.
+                self.members.get_mut(&worker).into_iter().for_each(|m| m.process.kill());
+                Ok(())
+            }
+            ToNode::Close(worker) => self.close(worker),
+            ToNode::ToNode(job) => Ok(self.stock.take(&mut self.transport, job)?),
+            ToNode::ToWorker { worker, job } => self.pass_on(worker, job),
+        }
+    }
+
+    fn start(&mut self, worker: WorkerId, role: &str) -> Result<(), LeaderError> {
+        let role = role.parse().map_err(|source| LeaderError::Role { worker, source })?;
+        let attach = self.transport.open_in_node(worker)?;
+        match self.launcher.launch(worker, attach, role) {
+            Ok(process) => {
+                self.members.insert(worker, Member { process, backlog: VecDeque::new() });
+                Ok(())
+            }
+            Err(error) => {
+                self.transport.close(worker, &mut |_| {})?;
+                let how = "could not be started".to_owned();
+                self.bury(worker, &Obituary { how, last_words: error.to_string(), scenario: None })
+            }
+        }
+    }
+
+    /// What its queue has no room for waits here, as long as the worker lives.
+    fn pass_on(&mut self, worker: WorkerId, job: &[u8]) -> Result<(), LeaderError> {
+        // One that has just died: the master gets what it was given back when it hears of it.
+        let Some(member) = self.members.get_mut(&worker) else { return Ok(()) };
+        if !member.backlog.is_empty() {
+            member.backlog.push_back(job.to_vec());
+            return Ok(());
+        }
+        match self.transport.send(worker, &[job]) {
+            Err(TransportError::NotDelivered(_)) => member.backlog.push_back(job.to_vec()),
+            other => other?,
+        }
+        Ok(())
+    }
+
+    /// Passes on what workers say, and says who has died: after its last words.
+    fn report(&mut self) -> Result<(), LeaderError> {
+        let workers: Vec<_> = self.members.keys().copied().collect();
+        for worker in workers {
+            let mut passed_on = Ok(());
+            self.transport.receive_some(worker, &mut |reply| {
+                pass_on(&mut *self.ranks, worker, reply, &mut passed_on);
+            })?;
+            passed_on?;
+            let member = self.members.get_mut(&worker).expect("one of the members");
+            while let Some(job) = member.backlog.front() {
+                match self.transport.send(worker, &[job]) {
+                    Err(TransportError::NotDelivered(_)) => break,
+                    other => other?,
+                }
+                member.backlog.pop_front();
+            }
+            let ended = member.process.ended();
+            if let Some(how) = ended.map_err(|source| LeaderError::Watch { worker, source })? {
+                let last_words = member.process.last_words();
+                let scenario = member.process.scenario();
+                self.let_go(worker, &Obituary { how, last_words, scenario })?;
+            }
+        }
+        Ok(())
+    }
+
+    fn close(&mut self, worker: WorkerId) -> Result<(), LeaderError> {
+        if self.members.contains_key(&worker) {
+            let (how, last_words) = ("was let go".to_owned(), String::new());
+            self.let_go(worker, &Obituary { how, last_words, scenario: None })?;
+        }
+        Ok(())
+    }
+
+    fn let_go(&mut self, worker: WorkerId, obituary: &Obituary) -> Result<(), LeaderError> {
+        self.members.remove(&worker);
+        let mut passed_on = Ok(());
+        self.transport.close(worker, &mut |reply| {
+            pass_on(&mut *self.ranks, worker, reply, &mut passed_on);
+        })?;
+        passed_on?;
+        self.bury(worker, obituary)
+    }
+
+    fn bury(&mut self, worker: WorkerId, obituary: &Obituary) -> Result<(), LeaderError> {
+        let obituary = serde_json::to_vec(obituary).expect("text and a number");
+        Ok(self.ranks.send(MASTER, &[Header::died(worker).bytes(), &obituary])?)
+    }
+}
+
+/// What a worker says, to the master; after an error nothing more.
+fn pass_on(
+    ranks: &mut dyn Ranks,
+    worker: WorkerId,
+    reply: &[u8],
+    outcome: &mut Result<(), TransportError>,
+) {
+    if outcome.is_ok() {
+        *outcome = ranks.send(MASTER, &[Header::from_worker(worker).bytes(), reply]);
+    }
+}
