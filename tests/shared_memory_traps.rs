@@ -65,7 +65,7 @@ fn worker(test: &str, place: &Place, part: &str, arguments: &[OsString]) -> Chil
 fn attached(arguments: &[OsString]) -> Result<SharedMemoryWorker, TransportError> {
     match attach(arguments)? {
         Attached::SharedMemory(end) => Ok(end),
-        Attached::Stream(_) => panic!("not shared memory"),
+        Attached::Node(_) | Attached::Stream(_) => panic!("not the shared memory of a master"),
     }
 }
 
