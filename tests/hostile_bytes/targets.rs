@@ -22,7 +22,7 @@ use bumper::tree::{
 };
 use bumper::wire::{
     AnswerRecord, Batch, Fetch, InPlaceTree, Job, JobHeader, PlanMessage, Reply, ReplyHeader,
-    ScenarioRecord, SubtreeRecord, TreeRecord, Wanted,
+    ScenarioRecord, SubtreeRecord, TreeRecord, Wanted, place_of,
 };
 use bytemuck::Zeroable;
 
@@ -213,6 +213,7 @@ pub fn batch(bytes: &[u8]) -> bool {
         Err(_) => false,
         Ok(Job::Terminate | Job::Serve) => true,
         Ok(Job::AddSubtree { .. } | Job::RemoveTree { .. } | Job::FetchSubtree { .. }) => true,
+        Ok(Job::Elsewhere { body }) => place_of(body).is_ok(),
         Ok(Job::AddTree { body, .. }) => InPlaceTree::parse(body).is_ok(),
         Ok(Job::Plan { body, .. }) => PlanMessage::parse(body).is_ok(),
         Ok(Job::Scenarios(batch)) => {

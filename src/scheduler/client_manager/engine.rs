@@ -153,7 +153,7 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Engine<T, L> {
             return Err(EngineError::Kinds { fixed: kinds[0], moving: kinds[1] });
         }
         let images = [&*fixed, &*moving];
-        let is_anything_sent = Published::of(&mut self.crew.transport) != Published::ToAll;
+        let is_anything_sent = Published::of(&mut self.crew.transport) != Published::Everywhere;
         // Effects look at whole trees: where these have to be sent, they are, in one piece.
         let in_one_piece = work.effects.is_some() && is_anything_sent;
         let cut = |cut| if in_one_piece { Cut::Depth(0) } else { cut };

@@ -47,7 +47,7 @@ impl Planned {
         let parts = parts.iter().map(|(tree, mesh, image)| {
             let place = InPlaceTree { mesh: mesh.0, cut: WHOLE }.to_bytes().to_vec();
             let sent = match published {
-                Published::ToAll => Vec::new(),
+                Published::Everywhere => Vec::new(),
                 _ => sent(*tree, image, compress),
             };
             Part { tree: *tree, in_place: message(&JobHeader::add_tree(*tree), place), sent }

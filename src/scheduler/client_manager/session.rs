@@ -123,7 +123,7 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
         let clients = std::mem::take(&mut engine.clients);
         let mut nodes = std::mem::take(&mut engine.nodes);
         let subtree_bytes = supply.subtree_bytes();
-        if published == Published::ToThisNode {
+        if published == Published::InThisNode {
             nodes.all_mut()[0].give_all(subtree_bytes.each_ref().map(Vec::len));
         }
         let asks_workers = engine.options.subtrees_from == SubtreesFrom::Workers;

@@ -44,17 +44,17 @@ pub(super) enum Way {
 /// To whom geometry can be published: to nobody, to all workers, or to those of this node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Published {
-    ToNobody,
-    ToAll,
-    ToThisNode,
+    Nowhere,
+    Everywhere,
+    InThisNode,
 }
 
 impl Published {
     pub(super) fn of(transport: &mut impl MasterEnd) -> Self {
         match (transport.shared_geometry().is_some(), transport.other_nodes().is_some()) {
-            (false, _) => Self::ToNobody,
-            (true, false) => Self::ToAll,
-            (true, true) => Self::ToThisNode,
+            (false, _) => Self::Nowhere,
+            (true, false) => Self::Everywhere,
+            (true, true) => Self::InThisNode,
         }
     }
 }
@@ -70,7 +70,7 @@ impl<'a> Supply<'a> {
         trees: [TreeView<'a>; 2],
         compress: Compression,
     ) -> Result<(Self, TransferReport), EngineError> {
-        if published == Published::ToAll {
+        if published == Published::Everywhere {
             let start_from = start_from.unwrap_or(StartFrom::Top);
             return Ok((Self::InPlace { keys, start_from }, TransferReport::default()));
         }
@@ -93,7 +93,7 @@ impl<'a> Supply<'a> {
         };
         let trees = Box::new(trees);
         let supply = match published {
-            Published::ToThisNode => Self::Nodes { keys, trees },
+            Published::InThisNode => Self::Nodes { keys, trees },
             _ => Self::Sent(trees),
         };
         Ok((supply, report))

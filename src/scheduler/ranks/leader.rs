@@ -148,7 +148,7 @@ impl<'r, L: Launch<Attach>> Leader<'r, L> {
                 Ok(())
             }
             ToNode::Close(worker) => self.close(worker),
-            ToNode::ToNode(job) => Ok(self.stock.take(&mut self.transport, job)?),
+            ToNode::Geometry(job) => Ok(self.stock.take(&mut self.transport, job)?),
             ToNode::ToWorker { worker, job } => self.pass_on(worker, job),
         }
     }

@@ -126,7 +126,7 @@ pub enum ToNode<'a> {
     Kill(WorkerId),
     Close(WorkerId),
     ToWorker { worker: WorkerId, job: &'a [u8] },
-    ToNode(&'a [u8]),
+    Geometry(&'a [u8]),
     End,
 }
 
@@ -168,7 +168,7 @@ impl<'a> ToNode<'a> {
             KILL => Self::Kill(worker),
             CLOSE => Self::Close(worker),
             TO_WORKER => Self::ToWorker { worker, job: body },
-            TO_NODE => Self::ToNode(body),
+            TO_NODE => Self::Geometry(body),
             END => Self::End,
             kind => return Err(WireError::Kind(kind as u16)),
         })
