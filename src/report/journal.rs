@@ -95,6 +95,11 @@ impl Journal {
         Ok(())
     }
 
+    /// The scenario whose rows came last has no answer after all.
+    pub(super) fn forget(&mut self, scenario: u32) {
+        self.blocks.pop_if(|block| block.scenario == scenario);
+    }
+
     /// Writes the table as a Parquet file, in the order of scenarios.
     pub(super) fn tabulate(&mut self, path: &Path) -> io::Result<()> {
         let mut table = TableFile::create(path, self.table)?;

@@ -230,7 +230,10 @@ impl ResultFiles {
         let written = contacts.and_then(|()| others());
         written.map_err(|(table, source)| self.incomplete(&rows_file(table.name), source))?;
         let written = self.scenarios.write(result, said.columns());
-        written.map_err(|source| self.incomplete(SCENARIOS, source))
+        written.map_err(|source| {
+            self.tables.iter_mut().for_each(|table| table.forget(result.scenario));
+            self.incomplete(SCENARIOS, source)
+        })
     }
 
     /// Makes the tables of what has come.

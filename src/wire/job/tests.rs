@@ -131,7 +131,7 @@ fn every_truncation_and_every_extra_byte_is_refused() {
 fn each_damaged_field_is_named() {
     assert_eq!(with_header(|h| h.magic = 1), Err(WireError::Magic(1)));
     assert_eq!(with_header(|h| h.version = 1), Err(WireError::Version(1)));
-    assert_eq!(with_header(|h| h.kind = 9), Err(WireError::Kind(9)));
+    assert_eq!(with_header(|h| h.kind = 99), Err(WireError::Kind(99)));
     assert!(matches!(with_header(|h| h.scenarios = 1), Err(WireError::Length { .. })));
     assert!(matches!(with_header(|h| h.scenarios = 3), Err(WireError::Truncated { .. })));
     assert!(matches!(with_header(|h| h.scenarios = u32::MAX), Err(WireError::Truncated { .. })));
