@@ -11,7 +11,8 @@ use anyhow::{Context, anyhow};
 use super::args::ClusterArgs;
 use super::failure::Failure;
 use super::prepare::{self, Both, Poses, Tree};
-use super::{interrupt, terminal};
+use super::report::{make_folder, write};
+use super::{interrupt, request, terminal};
 use crate::experiment::cluster::config::{AnalysisCost, Config};
 use crate::experiment::cluster::record::{self, RecordError};
 use crate::experiment::cluster::recording::{Recording, RecordingError, Subject};
@@ -20,14 +21,14 @@ use crate::experiment::cluster::{figures, saturations, sweep, tables};
 use crate::experiment::latency::LatencyError;
 use crate::experiment::throughput::{self, ThroughputError};
 use crate::geometry::Pose;
-use crate::scene::{Scene, SceneError};
+use crate::scene::Scene;
 use crate::tree::roots::Cut;
 use crate::tree::{BuildOptions, TreeKind};
 use output::ClusterReport;
 
 pub(super) fn run(args: &ClusterArgs) -> Result<(), Failure> {
     let interrupt = interrupt::on_ctrl_c().context("cannot listen to Ctrl-C")?;
-    let config = Config::read(&args.config).map_err(unreadable)?;
+    let config = Config::read(&args.config).map_err(request::unreadable)?;
     if args.validate && !config.is_one_node_as_recorded() {
         return Err(Failure::usage(anyhow!(
             "--validate: this machine can stand for a cluster of one node with the master on it, \
@@ -35,8 +36,7 @@ pub(super) fn run(args: &ClusterArgs) -> Result<(), Failure> {
         )));
     }
     if let Some(out) = &args.out {
-        let unusable = || format!("{}: cannot be written to", out.display());
-        std::fs::create_dir_all(out).with_context(unusable)?;
+        make_folder(out)?;
     }
     let subject = Prepared::new(&config, &interrupt)?;
     let recording = recording(&subject, &config, args, &interrupt)?;
@@ -64,13 +64,6 @@ pub(super) fn run(args: &ClusterArgs) -> Result<(), Failure> {
     Ok(terminal::print(&text).context("cannot print the figures")?)
 }
 
-fn unreadable(error: SceneError) -> Failure {
-    match error {
-        SceneError::Read { .. } => Failure::from(error),
-        SceneError::Invalid { .. } => Failure::usage(error),
-    }
-}
-
 /// The configuration's scene, ready to be run.
 struct Prepared {
     scene: Scene,
@@ -81,10 +74,7 @@ struct Prepared {
 
 impl Prepared {
     fn new(config: &Config, interrupt: &AtomicBool) -> Result<Self, Failure> {
-        let scene = match &config.scene {
-            None => Scene::embedded_default(),
-            Some(path) => Scene::read(path).map_err(unreadable)?,
-        };
+        let scene = request::scene(config.scene.as_deref())?;
         if config.scale.analysis == AnalysisCost::BoxTests && scene.tree != TreeKind::Obb {
             return Err(Failure::usage(anyhow!(
                 "`scale.analysis`: boxes are counted in trees of kind obb, and the scene has {} \
@@ -163,8 +153,7 @@ fn recording(
     }
     let recording = prepared.record(&cuts, interrupt)?;
     if let Some(path) = &args.recording {
-        let unwritable = || format!("cannot write {}", path.display());
-        std::fs::write(path, recording.to_json()).with_context(unwritable)?;
+        write(path, &recording.to_json())?;
     }
     Ok(recording)
 }

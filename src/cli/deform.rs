@@ -15,21 +15,34 @@ use crate::effects::{Plan, Step};
 use crate::geometry::Pose;
 use crate::mesh::{TriangleMesh, deform, write_ply};
 use crate::report::DEFORMED;
+use crate::scene::Scene;
 use crate::scheduler::client_manager::{AnyEngine, EngineReport, ResultSink, ScenarioResult};
 use crate::tree::{BuildOptions, refit};
 
 /// What a scene with such a crash has, beside a job.
 pub(super) struct Crash<'a> {
     /// This scenario's crush deforms both vehicles.
-    pub scenario: u32,
-    pub plan: &'a Plan,
-    pub meshes: &'a Both<TriangleMesh>,
-    pub build: BuildOptions,
+    scenario: u32,
+    plan: &'a Plan,
+    meshes: &'a Both<TriangleMesh>,
+    build: BuildOptions,
     /// Where the deformed meshes are written.
-    pub out: Option<&'a Path>,
+    out: Option<&'a Path>,
 }
 
-impl Crash<'_> {
+impl<'a> Crash<'a> {
+    /// Of a scene in which a crash deforms the vehicles.
+    pub(super) fn of(
+        scene: &Scene,
+        plan: &'a Plan,
+        meshes: &'a Both<TriangleMesh>,
+        out: Option<&'a Path>,
+    ) -> Option<Self> {
+        let scenario = scene.effects.deform_after()?;
+        let build = BuildOptions { kind: scene.tree };
+        Some(Self { scenario, plan, meshes, build, out })
+    }
+
     /// The scenarios up to the crash, and then, with new versions of both trees, those after it. Also
     /// these versions, if the crash deforms anything.
     pub(super) fn run(

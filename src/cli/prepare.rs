@@ -13,7 +13,7 @@ use super::{interrupt, terminal};
 use crate::effects::Plan;
 use crate::geometry::Pose;
 use crate::mesh::{MeshSource, TriangleMesh};
-use crate::report::MeshSummary;
+use crate::report::{MeshSummary, Times};
 use crate::scene::random::{self, RandomError, RandomScenarios};
 use crate::scene::{Body, Scenarios, Scene, read_poses};
 use crate::tree::{self, BuildOptions, TreeImage, cache};
@@ -118,6 +118,41 @@ fn build_one(mesh: &TriangleMesh, options: BuildOptions, cache_dir: Option<&Path
     let (image, outcome) = cache::load_or_build(mesh, options, cache_dir);
     let summary = MeshSummary::new(mesh, &image, outcome);
     Tree { image: Arc::new(image), summary }
+}
+
+/// All that an engine is given of a scene.
+pub(super) struct Prepared {
+    pub meshes: Both<TriangleMesh>,
+    pub plan: Plan,
+    pub trees: Both<Tree>,
+    /// Trees that only effects need.
+    pub parts: Vec<Arc<TreeImage>>,
+    pub poses: Vec<Pose>,
+    /// Of loading, building and placing.
+    pub times: Times,
+}
+
+impl Prepared {
+    pub(super) fn new(
+        scene: &Scene,
+        poses: Poses,
+        cache_dir: Option<&Path>,
+        interrupt: &AtomicBool,
+    ) -> Result<Self, Failure> {
+        let (meshes, load_s) = timed(|| load(scene));
+        let meshes = meshes?;
+        interrupt::check(interrupt)?;
+        let plan = scene.effects.plan([meshes.fixed(), meshes.moving()]).map_err(Failure::usage)?;
+        let options = BuildOptions { kind: scene.tree };
+        let (trees, build_s) = timed(|| build(&meshes, options, cache_dir));
+        let parts = build_parts(&plan, &meshes, options);
+        interrupt::check(interrupt)?;
+        let (poses, poses_s) = timed(|| poses.place(&meshes, &trees, interrupt));
+        let poses = poses?;
+        interrupt::check(interrupt)?;
+        let times = Times { load_s, build_s, poses_s, ..Times::default() };
+        Ok(Self { meshes, plan, trees, parts, poses, times })
+    }
 }
 
 /// Where the poses come from.

@@ -83,7 +83,7 @@ fn scene_that_began(directory: &Path, args: &SceneArgs) -> Result<Scene, Failure
             directory.display()
         )));
     }
-    if scene.effects.crush.is_some_and(|crush| crush.deform_after.is_some()) {
+    if scene.effects.deform_after().is_some() {
         return Err(Failure::usage(anyhow!(
             "--resume: after its crash the scene goes on with deformed vehicles, which are not kept: \
              run it again from the first scenario"
@@ -172,12 +172,18 @@ fn check_outputs(scene: &Scene, args: &RunArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-fn scene(path: Option<&Path>) -> Result<Scene, Failure> {
+/// The default one if there is no file.
+pub(super) fn scene(path: Option<&Path>) -> Result<Scene, Failure> {
     let Some(path) = path else { return Ok(Scene::embedded_default()) };
-    Scene::read(path).map_err(|error| match error {
+    Scene::read(path).map_err(unreadable)
+}
+
+/// A file that says something wrong is a wrong argument; one that is not there is a failure.
+pub(super) fn unreadable(error: SceneError) -> Failure {
+    match error {
         SceneError::Read { .. } => Failure::from(error),
         SceneError::Invalid { .. } => Failure::usage(error),
-    })
+    }
 }
 
 fn override_scenarios(scenarios: &mut Scenarios, args: &SceneArgs) -> Result<(), Failure> {

@@ -1,6 +1,5 @@
 //! `bumper run`: the main job.
 
-use std::collections::BTreeSet;
 use std::io;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -13,24 +12,23 @@ use super::args::RunArgs;
 use super::compare::{Comparison, Measured};
 use super::deform::Crash;
 use super::failure::Failure;
-use super::prepare::{self, Both, Poses, Tree, timed};
+use super::prepare::{Both, Poses, Prepared, Tree, timed};
 use super::ranks::{self, Master};
 use super::renumber::{Renumbered, renumbered};
 use super::request::Request;
 use super::{interrupt, summary_text, terminal};
+use crate::effects::layout::Layout;
 use crate::effects::{PairsAsked, Plan};
 use crate::geometry::Pose;
 use crate::mesh::TriangleMesh;
-use crate::report::{
-    OutputDir, OutputError, Outputs, ResultFiles, RunIdentity, Summary, Tally, Times,
-};
+use crate::report::{OutputDir, OutputError, Outputs, ResultFiles, RunIdentity, Summary, Tally};
 use crate::scene::{EngineOptions, Scene, WorkerCount};
 use crate::scheduler::client_manager::{
     self, AnyEngine, EffectsWork, EngineError, EngineReport, ResultSink, ScenarioResult, Work,
 };
 use crate::scheduler::ranks::Command;
 use crate::tree::roots::Cut;
-use crate::tree::{BuildOptions, TreeImage, TreeKind};
+use crate::tree::{TreeImage, TreeKind};
 use crate::wire::Wanted;
 
 pub(super) fn run(args: RunArgs) -> Result<(), Failure> {
@@ -49,29 +47,28 @@ pub(super) fn run(args: RunArgs) -> Result<(), Failure> {
     check_crash(scene, poses.len())?;
     // Workers come to life while meshes are loaded and trees are built.
     let mut engine = start_engine(scene, poses.len(), command)?;
-    let (meshes, load_s) = timed(|| prepare::load(scene));
-    let meshes = meshes?;
-    interrupt::check(&interrupt)?;
-    let plan = scene.effects.plan([meshes.fixed(), meshes.moving()]).map_err(Failure::usage)?;
-    let options = BuildOptions { kind: scene.tree };
-    let (trees, build_s) = timed(|| prepare::build(&meshes, options, request.cache_dir.as_deref()));
-    let parts = prepare::build_parts(&plan, &meshes, options);
-    interrupt::check(&interrupt)?;
-    let (poses, placed_s) = timed(|| poses.place(&meshes, &trees, &interrupt));
-    let poses = poses?;
-    interrupt::check(&interrupt)?;
+    let Prepared { meshes, plan, trees, parts, poses, mut times } =
+        Prepared::new(scene, poses, request.cache_dir.as_deref(), &interrupt)?;
+    times.poses_s += read_s;
 
-    let identity = RunIdentity::new(meshes.fixed(), meshes.moving(), &poses, request.contacts);
-    let outputs = Outputs {
-        scene: scene.to_toml()?,
-        identity,
-        overlap_only: scene.effects.pairs == PairsAsked::Overlap,
-        layout: plan.layout(),
-    };
-    let deform_after = scene.effects.crush.and_then(|crush| crush.deform_after);
     let all = poses.len();
-    let mut results = Results::new(request.out, outputs, request.stats, all);
-    let missing = if request.resumes { Some(results.go_on(all)?) } else { None };
+    let layout = plan.layout();
+    let mut results = Results::new(layout.clone(), request.stats, all);
+    // What is only written costs nothing where nothing is.
+    let mut missing = None;
+    if let Some(out) = request.out {
+        let outputs = Outputs {
+            scene: scene.to_toml()?,
+            identity: RunIdentity::new(meshes.fixed(), meshes.moving(), &poses, request.contacts),
+            overlap_only: scene.effects.pairs == PairsAsked::Overlap,
+            layout,
+        };
+        if request.resumes {
+            missing = Some(results.go_on(out, outputs)?);
+        } else {
+            results.out = Some((out, outputs));
+        }
+    }
     let poses = match &missing {
         Some(missing) => missing.iter().map(|&scenario| poses[scenario as usize]).collect(),
         None => poses,
@@ -89,18 +86,11 @@ pub(super) fn run(args: RunArgs) -> Result<(), Failure> {
         effects: (!plan.is_empty()).then_some((&plan, &parts)),
         interrupt: &interrupt,
     };
-    let crash = deform_after.map(|scenario| Crash {
-        scenario,
-        plan: &plan,
-        meshes: &meshes,
-        build: options,
-        out: request.out_path.as_deref(),
-    });
+    let crash = Crash::of(scene, &plan, &meshes, request.out_path.as_deref());
     let way = Way { crash: crash.as_ref(), missing: missing.as_deref() };
     let report = answer(&mut *engine, &trees, &job, &way, &mut results)
         .map_err(|error| naming_the_vertex(error, meshes.moving()))?;
 
-    let mut times = Times { load_s, build_s, poses_s: read_s + placed_s, ..Times::default() };
     let trees_summary = [trees.fixed(), trees.moving()].map(|tree| tree.summary.clone());
     let mut compared = Ok(Vec::new());
     if let (Some(measured), false) =
@@ -109,7 +99,8 @@ pub(super) fn run(args: RunArgs) -> Result<(), Failure> {
         let cache_dir = request.cache_dir.as_deref();
         let job = Job { wanted: Wanted { pairs: 0, ..job.wanted }, effects: None, ..job };
         let comparison = Comparison { meshes: &meshes, cache_dir, job };
-        compared = comparison.with_others(&mut *engine, scene.tree, (trees, build_s), measured);
+        compared =
+            comparison.with_others(&mut *engine, scene.tree, (trees, times.build_s), measured);
     }
     drop(engine);
     times.wall_s = start.elapsed().as_secs_f64();
@@ -123,7 +114,7 @@ pub(super) fn run(args: RunArgs) -> Result<(), Failure> {
 
 /// That the scenario is there whose crash deforms the vehicles.
 pub(super) fn check_crash(scene: &Scene, scenarios: usize) -> Result<(), Failure> {
-    let after = scene.effects.crush.and_then(|crush| crush.deform_after);
+    let after = scene.effects.deform_after();
     match after.filter(|&scenario| scenario as usize >= scenarios) {
         None => Ok(()),
         Some(scenario) => Err(Failure::usage(anyhow!(
@@ -312,34 +303,30 @@ struct Results {
     /// With `--stats`.
     measured: Option<Measured>,
     /// Until the first result comes: what cannot begin must not cost an earlier run its files.
-    out: Option<OutputDir>,
-    outputs: Outputs,
+    out: Option<(OutputDir, Outputs)>,
     files: Option<ResultFiles>,
     bar: ProgressBar,
 }
 
 impl Results {
-    fn new(out: Option<OutputDir>, outputs: Outputs, stats: bool, scenarios: usize) -> Self {
+    fn new(layout: Layout, stats: bool, scenarios: usize) -> Self {
         let bar = terminal::scenario_bar("running", scenarios);
         let measured = stats.then(Measured::default);
-        let tally = Tally::new(outputs.layout.clone());
-        Self { tally, measured, out, outputs, files: None, bar }
+        Self { tally: Tally::new(layout), measured, out: None, files: None, bar }
     }
 
     /// Keeps what an earlier run answered. Returns the scenarios that it did not.
-    fn go_on(&mut self, scenarios: usize) -> Result<Vec<u32>, OutputError> {
-        let Some(out) = self.out.take() else { return Ok(Vec::new()) };
-        let (files, earlier) = out.go_on(self.outputs.clone())?;
-        self.tally.add_earlier(earlier);
+    fn go_on(&mut self, out: OutputDir, outputs: Outputs) -> Result<Vec<u32>, OutputError> {
+        let (files, earlier) = out.go_on(outputs)?;
+        self.tally.add_earlier(&earlier);
         self.bar.inc(earlier.scenarios.into());
-        let answered: BTreeSet<u32> = files.answered().collect();
         self.files = Some(files);
-        Ok((0..scenarios as u32).filter(|scenario| !answered.contains(scenario)).collect())
+        Ok(earlier.missing())
     }
 
     fn start_files(&mut self) -> Result<(), OutputError> {
-        if let Some(out) = self.out.take() {
-            self.files = Some(out.start(self.outputs.clone())?);
+        if let Some((out, outputs)) = self.out.take() {
+            self.files = Some(out.start(outputs)?);
         }
         Ok(())
     }

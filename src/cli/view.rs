@@ -15,7 +15,7 @@ use super::args::{SceneArgs, ViewArgs};
 use super::deform::Crash;
 use super::failure::Failure;
 use super::page_server::PageServer;
-use super::prepare::{self, Poses};
+use super::prepare::{Poses, Prepared};
 use super::request::{cache_dir, check_effects, scene_of};
 use super::run::{Job, check_crash, naming_the_vertex, start_engine};
 use super::{interrupt, terminal};
@@ -25,7 +25,7 @@ use crate::report::viewer::{Collected, Differs, EarlierRun, MOST_SHOWN, content_
 use crate::report::{SCENARIOS, SCENE};
 use crate::scene::Scene;
 use crate::scheduler::client_manager::{EngineReport, ResultSink, ScenarioResult};
-use crate::tree::{Accuracy, BuildOptions};
+use crate::tree::Accuracy;
 use crate::wire::Wanted;
 use shown::Shown;
 
@@ -93,17 +93,10 @@ fn page_of(
     interrupt: &AtomicBool,
 ) -> Result<String, Failure> {
     let poses = poses_of(scene, earlier)?;
-    let deform_after = scene.effects.crush.and_then(|crush| crush.deform_after);
     check_crash(scene, poses.len())?;
     let mut engine = start_engine(scene, poses.len(), None)?;
-    let meshes = prepare::load(scene)?;
-    interrupt::check(interrupt)?;
-    let plan = scene.effects.plan([meshes.fixed(), meshes.moving()]).map_err(Failure::usage)?;
-    let options = BuildOptions { kind: scene.tree };
-    let trees = prepare::build(&meshes, options, cache_dir);
-    let parts = prepare::build_parts(&plan, &meshes, options);
-    interrupt::check(interrupt)?;
-    let poses = poses.place(&meshes, &trees, interrupt)?;
+    let Prepared { meshes, plan, trees, parts, poses, .. } =
+        Prepared::new(scene, poses, cache_dir, interrupt)?;
     let job = Job {
         poses: &poses,
         cuts: scene.cuts(),
@@ -117,13 +110,7 @@ fn page_of(
         effects: (!plan.is_empty()).then_some((&plan, &parts)),
         interrupt,
     };
-    let crash = deform_after.map(|scenario| Crash {
-        scenario,
-        plan: &plan,
-        meshes: &meshes,
-        build: options,
-        out: None,
-    });
+    let crash = Crash::of(scene, &plan, &meshes, None);
     let mut results = Results::new(&poses, earlier);
     let answered = match &crash {
         Some(crash) => crash.run(&job, &mut *engine, &trees, &mut results).map_err(Failure::from),

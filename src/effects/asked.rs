@@ -127,6 +127,11 @@ impl Unplannable {
 const SIDES: [&str; 2] = ["fixed", "moving"];
 
 impl Asked {
+    /// The scenario by whose crush both vehicles are deformed, if there is one.
+    pub fn deform_after(&self) -> Option<u32> {
+        self.crush.and_then(|crush| crush.deform_after)
+    }
+
     /// The steps, in their order, of scenarios of a fixed and a moving mesh.
     pub fn plan(&self, meshes: [&TriangleMesh; 2]) -> Result<Plan, Unplannable> {
         self.check_parts(meshes)?;

@@ -1,6 +1,5 @@
 //! The output directory of a run.
 
-use std::collections::BTreeSet;
 use std::fs::{self, File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -123,8 +122,7 @@ impl OutputDir {
         RunIdentity::parse(&text).map_err(|reason| OutputError::NoRun { path, reason })
     }
 
-    /// Keeps the rows that are there, whose scenarios are then those of
-    /// [`ResultFiles::answered`].
+    /// Keeps the rows that are there.
     pub fn go_on(self, outputs: Outputs) -> Result<(ResultFiles, Earlier), OutputError> {
         if let Some(reason) = outputs.identity.difference(&self.identity()?) {
             return Err(OutputError::OtherRun { path: self.path, reason });
@@ -133,10 +131,9 @@ impl OutputDir {
         let reopened = ScenariosCsv::reopen(&path, &outputs, outputs.identity.scenarios);
         let (scenarios, earlier) =
             reopened.map_err(|source| OutputError::Incomplete { path, source })?;
-        let answered: BTreeSet<u32> = scenarios.scenarios().collect();
         let reopen = |table: &'static Table| {
             let path = self.path.join(rows_file(table.name));
-            Journal::reopen(&path, table, |scenario| answered.contains(&scenario))
+            Journal::reopen(&path, table, |scenario| earlier.has_answered(scenario))
                 .map_err(|source| OutputError::Incomplete { path, source })
         };
         let tables = outputs.tables().map(reopen).collect::<Result<_, _>>()?;
@@ -206,11 +203,6 @@ pub struct ResultFiles {
 }
 
 impl ResultFiles {
-    /// The scenarios that an earlier run answered.
-    pub fn answered(&self) -> impl Iterator<Item = u32> {
-        self.scenarios.scenarios()
-    }
-
     /// After a failure all results before it are kept. A scenario is answered when its row is in
     /// `scenarios.csv`: that comes last.
     pub fn write(&mut self, result: &ScenarioResult<'_>) -> Result<(), OutputError> {
@@ -364,7 +356,7 @@ mod tests {
         drop((files, kept));
         let again = OutputDir::of_unfinished(place.path()).unwrap();
         let (mut files, earlier) = again.go_on(outputs()).unwrap();
-        assert_eq!(earlier, Earlier { scenarios: 1, colliding: 1, pairs: 1 });
+        assert_eq!((earlier.scenarios, earlier.colliding, earlier.pairs), (1, 1, 1));
         fs::create_dir(place.path().join("contacts.parquet.partial")).unwrap();
         let refused = files.finish_tables().unwrap_err().to_string();
         assert!(refused.contains("contacts.parquet"), "{refused}");
@@ -383,8 +375,8 @@ mod tests {
         fs::write(&csv, text.clone() + "1,1,").unwrap();
         let again = OutputDir::of_unfinished(place.path()).unwrap();
         let (mut files, earlier) = again.go_on(outputs()).unwrap();
-        assert_eq!(earlier, Earlier { scenarios: 2, colliding: 1, pairs: 1 });
-        assert_eq!(files.answered().collect::<Vec<_>>(), [0, 2]);
+        assert_eq!((earlier.scenarios, earlier.colliding, earlier.pairs), (2, 1, 1));
+        assert_eq!(earlier.missing(), [1], "0 and 2 are answered");
         write(&mut files, 1, &[[3, 4], [5, 6]]).unwrap();
         files.finish_tables().unwrap();
         drop(files);

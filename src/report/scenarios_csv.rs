@@ -15,12 +15,25 @@ use crate::scheduler::client_manager::ScenarioResult;
 /// What every header begins with.
 pub(super) const HEADER: &str = "scenario,colliding";
 
-/// What is said of a scenario, as far as totals need it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// What an earlier run said, as far as one that goes on with it needs to know.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Earlier {
+    /// Of each scenario, whether it has a row.
+    answered: Vec<bool>,
     pub scenarios: u32,
     pub colliding: u32,
     pub pairs: u64,
+}
+
+impl Earlier {
+    pub(super) fn has_answered(&self, scenario: u32) -> bool {
+        self.answered.get(scenario as usize) == Some(&true)
+    }
+
+    /// The scenarios that are left to be answered.
+    pub fn missing(&self) -> Vec<u32> {
+        (0..self.answered.len() as u32).filter(|&scenario| !self.has_answered(scenario)).collect()
+    }
 }
 
 /// Each row goes to the file by itself, without a buffer: what was answered is kept, however the
@@ -74,8 +87,8 @@ impl ScenariosCsv {
         if line != header.as_bytes() {
             return Err(bad_row(1, "its header is not that of this run"));
         }
-        let (mut earlier, mut rows) = (Earlier::default(), Vec::new());
-        let (mut whole, mut seen) = (line.len() as u64, vec![false; count]);
+        let mut earlier = Earlier { answered: vec![false; count], ..Earlier::default() };
+        let (mut rows, mut whole) = (Vec::new(), line.len() as u64);
         let fields = header.split(',').count();
         for number in 2.. {
             line.clear();
@@ -85,8 +98,8 @@ impl ScenariosCsv {
             }
             let row = Row::parse(&line, fields, outputs.overlap_only);
             let row = row.ok_or_else(|| bad_row(number, "it is not a row of this run"))?;
-            let seen = seen.get_mut(row.scenario as usize);
-            if seen.is_none_or(|seen| std::mem::replace(seen, true)) {
+            let answered = earlier.answered.get_mut(row.scenario as usize);
+            if answered.is_none_or(|answered| std::mem::replace(answered, true)) {
                 return Err(bad_row(number, "there is no such scenario, or it was there before"));
             }
             earlier.scenarios += 1;
@@ -100,11 +113,6 @@ impl ScenariosCsv {
         let (path, overlap_only) = (path.to_owned(), outputs.overlap_only);
         let rows = Some(rows);
         Ok((Self { path, file, overlap_only, row: String::new(), rows, whole }, earlier))
-    }
-
-    /// Of a file that was reopened: the scenarios that have a row.
-    pub(super) fn scenarios(&self) -> impl Iterator<Item = u32> {
-        self.rows.iter().flatten().map(|&(scenario, _)| scenario)
     }
 
     /// Puts the rows in the order of scenarios, where a run went on before the end of another.

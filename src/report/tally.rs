@@ -68,7 +68,7 @@ impl Tally {
     }
 
     /// What a run had answered before this one goes on with it.
-    pub fn add_earlier(&mut self, earlier: Earlier) {
+    pub fn add_earlier(&mut self, earlier: &Earlier) {
         self.earlier += earlier.scenarios;
         self.colliding += earlier.colliding;
         self.pairs += earlier.pairs;

@@ -134,7 +134,9 @@ fn a_worker_that_dies_on_another_node_is_replaced_there_and_loses_no_scenario() 
                 (report, recorder.answers)
             });
         assert!(answers == scene.truth(), "killed at {moment}");
-        assert!(report.workers.iter().all(|worker| worker.died && worker.restarts == 1));
+        // The first to come back may have done all the work before the other is there again.
+        assert!(report.workers.iter().any(|worker| worker.died && worker.restarts == 1));
+        assert!(report.workers.iter().all(|worker| worker.restarts <= 1));
         // Its memory is the node's: what was sent is not sent again.
         assert!(report.nodes[1].relative_data_transfer < 1.2);
     }

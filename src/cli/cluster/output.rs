@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use anyhow::Context;
 use serde::Serialize;
 
+use crate::cli::report::write;
 use crate::experiment::cluster::Saturation;
 use crate::experiment::cluster::recording::{Recording, Subject};
 use crate::experiment::cluster::sweep::Simulated;
@@ -93,15 +93,10 @@ impl ClusterReport {
     }
 
     pub fn write(&self, out: &Path) -> anyhow::Result<()> {
-        let write = |name: String, content: String| {
-            let path = out.join(name);
-            std::fs::write(&path, content)
-                .with_context(|| format!("cannot write {}", path.display()))
-        };
         for figure in &self.figures {
-            write(format!("{}.svg", figure.name), figure.to_svg()?)?;
+            write(&out.join(format!("{}.svg", figure.name)), &figure.to_svg()?)?;
         }
-        write("cluster.json".to_owned(), self.to_json())
+        write(&out.join("cluster.json"), &self.to_json())
     }
 
     pub fn text(&self) -> String {

@@ -33,7 +33,6 @@ impl Shown<'_> {
         let motion = self.motion();
         let [fixed, moving] = self.holders(report.workers.len(), answered_by);
         let layout = self.plan.layout();
-        let crush = self.scene.effects.crush;
         page(&View {
             bodies: [self.body(0, fixed, motion), self.body(1, moving, motion)],
             accuracy: self.scene.accuracy,
@@ -46,7 +45,7 @@ impl Shown<'_> {
                 tolerance_m: options.tolerance.metres(),
             }),
             penetration_direction: self.penetration_direction(),
-            deform_after: crush.and_then(|crush| crush.deform_after),
+            deform_after: self.scene.effects.deform_after(),
             collected,
         })
     }
@@ -116,7 +115,7 @@ impl Shown<'_> {
     }
 
     fn deformed_from(&self) -> usize {
-        let after = self.scene.effects.crush.and_then(|crush| crush.deform_after);
+        let after = self.scene.effects.deform_after();
         after.map_or(usize::MAX, |scenario| scenario as usize + 1)
     }
 }

@@ -61,8 +61,7 @@ impl Published {
 
 impl<'a> Supply<'a> {
     /// Where workers see the geometry, what they can find themselves is neither computed for them
-    /// nor sent.
-    /// With what compressing all subtrees took and saved, if they are sent.
+    /// nor sent. With what compressing all subtrees took and saved, if they are sent.
     pub(super) fn new(
         published: Published,
         keys: [TreeKey; 2],
