@@ -3,6 +3,7 @@
 use std::os::unix::fs::{PermissionsExt, chown};
 use std::os::unix::process::ExitStatusExt;
 use std::process::Child;
+use std::sync::LazyLock;
 use std::time::Duration;
 
 use super::interrupt::{await_rows, children, shared_memory_of};
@@ -12,14 +13,20 @@ const POSES: u32 = 20_000;
 const README: &str = include_str!("../../README.md");
 const NOBODY: u32 = 65534;
 
+/// Rows of a run beside which there is no other.
+static UNDISTURBED: LazyLock<Vec<u8>> = LazyLock::new(|| {
+    let place = Place::with_poses();
+    succeeded(&place.run(&place.many("alone")));
+    fs::read(place.path("alone/scenarios.csv")).unwrap()
+});
+
 impl Place {
-    /// Results of a run that nobody disturbs are in `alone`.
-    fn with_truth() -> Self {
+    /// With enough poses for a run to be stopped in the middle; few of them touch, so that their number
+    /// and not their cost makes the run long.
+    fn with_poses() -> Self {
         let place = Self::new();
-        let pose = |n: u32| format!("1,0,0,0,{},{},0\n", f64::from(n % 500) * 0.01, n % 3);
+        let pose = |n: u32| format!("1,0,0,0,{},{},0\n", f64::from(n % 500) * 0.1, n % 3);
         place.write("many.csv", &(0..POSES).fold(HEADER.to_owned(), |rows, n| rows + &pose(n)));
-        let output = place.run(&place.many("alone"));
-        succeeded(&output);
         place
     }
 
@@ -48,9 +55,9 @@ impl Place {
     }
 
     fn is_exact(&self, out: &str) {
-        let rows = |out: &str| fs::read(self.path(out).join("scenarios.csv")).unwrap();
-        assert!(rows(out) == rows("alone"), "{out} differs");
-        assert_eq!(rows(out).iter().filter(|byte| **byte == b'\n').count(), POSES as usize + 1);
+        let rows = fs::read(self.path(out).join("scenarios.csv")).unwrap();
+        assert!(rows == *UNDISTURBED, "{out} differs");
+        assert_eq!(rows.iter().filter(|byte| **byte == b'\n').count(), POSES as usize + 1);
     }
 
     fn home(&self, user: u32) -> PathBuf {
@@ -115,7 +122,7 @@ fn user() -> u32 {
 
 #[test]
 fn clean_removes_what_a_killed_run_left_and_the_living_one_ends_exact() {
-    let place = Place::with_truth();
+    let place = Place::with_poses();
     let living = place.stopped("living");
     let of_living = place.traces();
     let mut dead = place.stopped("dead");
@@ -158,7 +165,7 @@ fn clean_removes_what_a_killed_run_left_and_the_living_one_ends_exact() {
 
 #[test]
 fn the_next_run_removes_what_a_killed_one_left() {
-    let place = Place::with_truth();
+    let place = Place::with_poses();
     let mut dead = place.stopped("dead");
     let left = place.traces();
     dead.kill();
@@ -171,7 +178,7 @@ fn the_next_run_removes_what_a_killed_one_left() {
 
 #[test]
 fn two_runs_of_one_user_do_not_see_each_other_and_both_are_exact() {
-    let place = Place::with_truth();
+    let place = Place::with_poses();
     let first = place.stopped("first");
     let of_first = place.traces();
     assert_closed(&place.home(user()), &of_first);
@@ -212,7 +219,7 @@ fn two_runs_of_two_users_do_not_see_each_other_and_both_are_exact() {
         println!("not tried: only root with setpriv can be two users");
         return;
     }
-    let place = Place::with_truth();
+    let place = Place::with_poses();
     let open_to = |path: PathBuf, mode| {
         fs::create_dir_all(&path).unwrap();
         fs::set_permissions(&path, fs::Permissions::from_mode(mode)).unwrap();
@@ -250,7 +257,7 @@ fn two_runs_of_two_users_do_not_see_each_other_and_both_are_exact() {
 
 #[test]
 fn a_second_run_into_the_same_directory_is_refused_and_the_first_ends_exact() {
-    let place = Place::with_truth();
+    let place = Place::with_poses();
     let first = place.stopped("out");
     let output = place.run(&place.many("out"));
     refused(&output, 1, &[&place.text("out"), "still going on", "another directory"]);
