@@ -9,7 +9,7 @@ use super::args::AccuracyArgs;
 use super::failure::Failure;
 use super::prepare::{self, Poses};
 use super::request::scene_of;
-use super::{interrupt, report, terminal};
+use super::{files, interrupt, report, terminal};
 use crate::experiment::accuracy::{self, AccuracyRow, Load, Measured};
 use crate::geometry::simd::SimdLevel;
 use crate::report::source::Source;
@@ -26,7 +26,7 @@ pub(super) fn run(args: AccuracyArgs) -> Result<(), Failure> {
         )));
     }
     let poses = Poses::of(&scene.scenarios)?;
-    args.out.as_deref().map_or(Ok(()), report::make_folder)?;
+    args.out.as_deref().map_or(Ok(()), files::make_folder)?;
     let meshes = prepare::load(&scene)?;
     interrupt::check(&interrupt)?;
     let trees = prepare::build(&meshes, BuildOptions { kind: scene.tree }, None);
@@ -118,7 +118,7 @@ impl<'a> Report<'a> {
 
 /// What is drawn is read from what is written.
 fn write(out: &Path, json: &str) -> anyhow::Result<()> {
-    report::write(&out.join(Source::Accuracy.file()), json)?;
+    files::write(&out.join(Source::Accuracy.file()), json)?;
     report::write_figures(out, &Source::Accuracy.section(out, json.to_owned())?.drawings)
 }
 

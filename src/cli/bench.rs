@@ -11,7 +11,7 @@ use super::args::{BenchEngineArgs, BenchTransportArgs};
 use super::failure::Failure;
 use super::prepare::{self, Poses};
 use super::request::scene_of;
-use super::{interrupt, report, terminal};
+use super::{files, interrupt, report, terminal};
 use crate::experiment::latency::{self, LatencyError, LatencyOptions, LatencyRow};
 use crate::experiment::throughput::{self, Load, ThroughputError, ThroughputRow};
 use crate::report::source::Source;
@@ -48,13 +48,13 @@ struct Files<'a> {
 impl Files<'_> {
     /// Before anything takes its time.
     fn prepare(&self) -> anyhow::Result<()> {
-        self.out.map_or(Ok(()), report::make_folder)
+        self.out.map_or(Ok(()), files::make_folder)
     }
 
     /// What is drawn is read from what is written.
     fn write(&self, source: Source, json: &str) -> anyhow::Result<()> {
         if let Some(folder) = self.out {
-            report::write(&folder.join(source.file()), json)?;
+            files::write(&folder.join(source.file()), json)?;
         }
         if self.out.is_none() && self.svg.is_none() {
             return Ok(());
@@ -64,7 +64,7 @@ impl Files<'_> {
             report::write_figures(folder, &section.drawings)?;
         }
         match (self.svg, section.drawings.first()) {
-            (Some(path), Some(drawing)) => report::write(path, &drawing.to_svg()?),
+            (Some(path), Some(drawing)) => files::write(path, &drawing.to_svg()?),
             _ => Ok(()),
         }
     }

@@ -10,8 +10,8 @@ use anyhow::{Context, anyhow};
 
 use super::args::ClusterArgs;
 use super::failure::Failure;
+use super::files::{make_folder, write};
 use super::prepare::{self, Both, Poses, Tree};
-use super::report::{make_folder, write};
 use super::{interrupt, request, terminal};
 use crate::experiment::cluster::config::{AnalysisCost, Config};
 use crate::experiment::cluster::record::{self, RecordError};

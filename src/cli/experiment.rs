@@ -1,6 +1,6 @@
 //! `bumper experiment`: the paper's evaluation, on this machine.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -11,7 +11,7 @@ use super::args::{EngineArgs, ExperimentArgs, SceneArgs};
 use super::failure::Failure;
 use super::prepare::{self, Poses};
 use super::request::{self, override_scene};
-use super::{interrupt, terminal};
+use super::{files, interrupt, terminal};
 use crate::experiment::evaluation::{
     ConfigError, Evaluation, Loaded, Outcome, Step, Store, StoreError, Vary, measure, setup,
 };
@@ -169,17 +169,11 @@ fn load(scene: &Scene, interrupt: &AtomicBool) -> Result<Loaded, Failure> {
     Ok(Loaded { fixed, moving, poses })
 }
 
-/// `experiment.json`, and each figure beside it; a reader meets whole files only.
+/// `experiment.json`, and each figure beside it.
 fn write(out: &Path, outcome: &Outcome<'_>) -> anyhow::Result<()> {
-    let mut files: Vec<(PathBuf, String)> = vec![(out.join("experiment.json"), outcome.to_json())];
+    files::write(&out.join("experiment.json"), outcome.to_json())?;
     for figure in &outcome.figures {
-        files.push((out.join(format!("{}.svg", figure.name)), figure.to_svg()?));
-    }
-    for (path, content) in files {
-        let partial = path.with_added_extension("partial");
-        std::fs::write(&partial, content)
-            .and_then(|()| std::fs::rename(&partial, &path))
-            .with_context(|| format!("cannot write {}", path.display()))?;
+        files::write(&out.join(format!("{}.svg", figure.name)), figure.to_svg()?)?;
     }
     Ok(())
 }

@@ -11,6 +11,7 @@ mod compare;
 mod deform;
 mod experiment;
 mod failure;
+mod files;
 mod interrupt;
 mod mesh_info;
 mod page_server;

@@ -1,12 +1,12 @@
 //! `bumper report`: outputs of commands as one page to read.
 
-use std::fs;
 use std::path::Path;
 
 use anyhow::Context;
 
 use super::args::ReportArgs;
 use super::failure::Failure;
+use super::files::{make_folder, write};
 use super::terminal;
 use crate::report::figure::grouped;
 use crate::report::source::{Section, sections};
@@ -37,13 +37,4 @@ pub(super) fn write_figures<'a>(
     let files = svg_files(drawings)?;
     make_folder(folder)?;
     files.iter().try_for_each(|(name, svg)| write(&folder.join(name), svg))
-}
-
-pub(super) fn make_folder(folder: &Path) -> anyhow::Result<()> {
-    let unusable = || format!("{}: cannot be written to", folder.display());
-    fs::create_dir_all(folder).with_context(unusable)
-}
-
-pub(super) fn write(path: &Path, text: &str) -> anyhow::Result<()> {
-    fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
 }

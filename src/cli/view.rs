@@ -2,9 +2,8 @@
 
 mod shown;
 
-use std::io::{self, Write};
+use std::io;
 use std::num::NonZeroU32;
-use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
@@ -18,7 +17,7 @@ use super::page_server::PageServer;
 use super::prepare::{Poses, Prepared};
 use super::request::{cache_dir, check_effects, scene_of};
 use super::run::{Job, check_crash, naming_the_vertex, start_engine};
-use super::{interrupt, terminal};
+use super::{files, interrupt, terminal};
 use crate::effects::PairsAsked;
 use crate::geometry::Pose;
 use crate::report::viewer::{Collected, Differs, EarlierRun, MOST_SHOWN, content_security_policy};
@@ -42,8 +41,7 @@ pub(super) fn view(args: ViewArgs) -> Result<(), Failure> {
     let page = page_of(&scene, earlier.as_ref(), cache_dir.as_deref(), &interrupt)?;
     if let Some(out) = out {
         let name = out.display().to_string();
-        write_page(&out, page.as_bytes())
-            .with_context(|| format!("{name}: cannot write the page"))?;
+        files::write(&out, &page)?;
         terminal::print(&format!("{name}\n")).context("cannot print its name")?;
     }
     let Some(server) = server else { return Ok(()) };
@@ -193,17 +191,4 @@ impl ResultSink for Results<'_> {
         self.bar.inc(1);
         Ok(())
     }
-}
-
-/// All of it or nothing: a page that was there before stays until the new one is whole.
-fn write_page(path: &Path, page: &[u8]) -> io::Result<()> {
-    let folder = path.parent().filter(|folder| *folder != Path::new(""));
-    let mut new = tempfile::Builder::new();
-    // As any file is made, less what the user's mask takes away.
-    let mut file = new
-        .permissions(PermissionsExt::from_mode(0o666))
-        .tempfile_in(folder.unwrap_or(Path::new(".")))?;
-    file.write_all(page)?;
-    file.persist(path)?;
-    Ok(())
 }

@@ -96,7 +96,8 @@ impl ScenariosCsv {
             if line.last() != Some(&b'\n') {
                 break;
             }
-            let row = Row::parse(&line, fields, outputs.overlap_only);
+            let row = str::from_utf8(&line).ok();
+            let row = row.and_then(|row| Row::parse(row, fields, outputs.overlap_only));
             let row = row.ok_or_else(|| bad_row(number, "it is not a row of this run"))?;
             let answered = earlier.answered.get_mut(row.scenario as usize);
             if answered.is_none_or(|answered| std::mem::replace(answered, true)) {
@@ -104,7 +105,7 @@ impl ScenariosCsv {
             }
             earlier.scenarios += 1;
             earlier.colliding += u32::from(row.colliding);
-            earlier.pairs += row.pairs;
+            earlier.pairs += row.pair_count();
             rows.push((row.scenario, whole));
             whole += line.len() as u64;
         }
@@ -179,16 +180,18 @@ impl ScenariosCsv {
     }
 }
 
-/// What totals and order need of a row.
-struct Row {
-    scenario: u32,
-    colliding: bool,
-    pairs: u64,
+/// What stands before the effects in a row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Row {
+    pub scenario: u32,
+    pub colliding: bool,
+    /// How many pairs, and their hash; absent where only overlap was asked for.
+    pub pairs: Option<(u32, u64)>,
 }
 
 impl Row {
-    fn parse(line: &[u8], fields: usize, overlap_only: bool) -> Option<Self> {
-        let line = str::from_utf8(line).ok()?;
+    /// `None` for what is no row of so many fields.
+    pub(super) fn parse(line: &str, fields: usize, overlap_only: bool) -> Option<Self> {
         if line.split(',').count() != fields {
             return None;
         }
@@ -199,9 +202,19 @@ impl Row {
             "1" => true,
             _ => return None,
         };
-        let pairs =
-            if overlap_only { u64::from(colliding) } else { values.next()?.parse().ok()? };
-        (colliding == (pairs > 0)).then_some(Self { scenario, colliding, pairs })
+        let pairs = match overlap_only {
+            true => None,
+            false => {
+                Some((values.next()?.parse().ok()?, u64::from_str_radix(values.next()?, 16).ok()?))
+            }
+        };
+        let row = Self { scenario, colliding, pairs };
+        (pairs.is_none_or(|(pairs, _)| colliding == (pairs > 0))).then_some(row)
+    }
+
+    /// Where only overlap was asked for, one if there is any.
+    fn pair_count(&self) -> u64 {
+        self.pairs.map_or(u64::from(self.colliding), |(pairs, _)| pairs.into())
     }
 }
 

@@ -131,6 +131,30 @@ fn shared_memory_in_a_node_and_compression_send_less() {
     assert!(sent("process", "lz4") < sent("process", "none"));
 }
 
+/// As slowed workers of the engine do: time for scenarios, and for nothing else.
+#[test]
+fn slowed_scenarios_take_longer_and_cost_the_master_nothing() {
+    let place = Place::new();
+    let (config, kept) = (small(&place, "[scale]\n"), place.text("kept.json"));
+    let plain = fs::read_to_string(&config).unwrap();
+    let slowed = place.write("slowed.toml", &(plain + "slowdown = 50.0\n"));
+    let sample = |config: &str| {
+        let output = place.run(&["cluster", config, "--recording", &kept, "--json"]);
+        succeeded(&output);
+        let report: Value = serde_json::from_str(&stdout(&output)).unwrap();
+        let sample = &report["points"][0]["samples"][0];
+        let number = |value: &Value| value.as_f64().unwrap();
+        let time = number(&sample["time_s"]);
+        let used = &sample["utilisation"];
+        let analysis = number(&used["master_analysis"]) * time;
+        // The first is what a serial run takes.
+        (number(&sample["over_first"]) * time, analysis)
+    };
+    let (plain, slowed) = (sample(&config), sample(&slowed));
+    assert!((slowed.0 / plain.0 - 50.0).abs() < 0.01, "{plain:?} {slowed:?}");
+    assert!((slowed.1 / plain.1 - 1.0).abs() < 0.01, "{plain:?} {slowed:?}");
+}
+
 /// A configuration of ours with a scene of few scenarios and tiny meshes, fewer of them, and one value in
 /// each sweep.
 fn in_short(place: &Place, name: &str, tree: &str) -> String {

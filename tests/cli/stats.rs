@@ -100,7 +100,9 @@ fn one_pose_over_and_over_tells_no_costs() {
 #[test]
 fn ctrl_c_during_the_comparison_keeps_the_run_whole() {
     let place = Place::new();
-    let poses = place.write("long.csv", &poses(20_000));
+    // Many, of which few touch.
+    let rows: String = (0..20_000).map(|n| format!("1,0,0,0,{},0.3,0\n", n % 60)).collect();
+    let poses = place.write("long.csv", &format!("{HEADER}{rows}"));
     let out = place.text("out");
     let run = ["run", "--fixed", TRACKED, "--moving", CAR, "--poses", &poses, "--workers", "2"];
     let mut child =

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use crate::cli::report::write;
+use crate::cli::files::write;
 use crate::experiment::cluster::Saturation;
 use crate::experiment::cluster::recording::{Recording, Subject};
 use crate::experiment::cluster::sweep::Simulated;

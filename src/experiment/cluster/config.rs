@@ -39,6 +39,8 @@ pub struct Scale {
     /// Seconds on a core of speed 1 up to the end of each of as many equal parts of the recorded
     /// scenarios, one after the other. Empty: as recorded.
     pub serial_s: Vec<f64>,
+    /// Each scenario takes a worker so many times as long after that, and nothing else does. Absent: 1.
+    pub slowdown: Option<f64>,
     /// Bytes of each tree as it is sent. Absent: as recorded.
     pub tree_bytes: Option<[f64; 2]>,
     /// Of geometry in memory, over what is sent.

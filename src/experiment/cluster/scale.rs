@@ -55,9 +55,10 @@ fn scenarios(recording: &Recording, cut: &CutRecording, scale: &Scale) -> Vec<Sc
             AnalysisCost::Measured => columns.analysis_ns[at] as f64,
             AnalysisCost::BoxTests => columns.box_tests[at] as f64 * recording.box_test_ns,
         };
+        let slowed = |ns: u64| scaled(ns as f64 * scale.slowdown.unwrap_or(1.0));
         ScenarioCost {
-            serial: scaled(recording.serial_ns[at] as f64),
-            below: scaled(columns.below_ns[at] as f64),
+            serial: slowed(recording.serial_ns[at]),
+            below: slowed(columns.below_ns[at]),
             analysis: scaled(analysis),
             indicators: [indicator(0, fixed), indicator(1, moving)],
             roots: (fixed.len() + moving.len()) as u32,

@@ -2,20 +2,13 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 
+use super::super::scenarios_csv::Row;
 use crate::scheduler::client_manager::ScenarioResult;
 
 /// The rows of a `scenarios.csv`, by scenario.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct EarlierRun(BTreeMap<u32, Row>);
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Row {
-    is_colliding: bool,
-    /// How many pairs, and their hash; absent where only overlap was asked for.
-    pairs: Option<(u32, u64)>,
-}
 
 #[derive(Debug, thiserror::Error)]
 pub enum EarlierError {
@@ -56,12 +49,12 @@ impl EarlierRun {
         if !names.starts_with(&["scenario", "colliding"]) {
             return Err((1, "this is not the header of scenarios.csv"));
         }
-        let has_pairs = names[2..].starts_with(&["pairs", "pairs_fnv1a64"]);
+        let overlap_only = !names[2..].starts_with(&["pairs", "pairs_fnv1a64"]);
         let mut rows = BTreeMap::new();
         for (line, number) in lines {
-            let (scenario, row) = row(line, names.len(), has_pairs)
+            let row = Row::parse(line, names.len(), overlap_only)
                 .ok_or((number, "this is not a row of scenarios.csv"))?;
-            if rows.insert(scenario, row).is_some() {
+            if rows.insert(row.scenario, row).is_some() {
                 return Err((number, "this scenario is there twice"));
             }
         }
@@ -76,13 +69,14 @@ impl EarlierRun {
     /// A scenario that the run has no answer for differs from none.
     pub fn check(&self, result: &ScenarioResult<'_>) -> Result<(), Differs> {
         let Some(row) = self.0.get(&result.scenario) else { return Ok(()) };
-        let words = |row: &Row| match (row.pairs, row.is_colliding) {
+        let words = |row: &Row| match (row.pairs, row.colliding) {
             (Some((pairs, hash)), _) => format!("{pairs} pairs ({hash:016x})"),
             (None, true) => "an overlap".to_owned(),
             (None, false) => "no overlap".to_owned(),
         };
         let now = Row {
-            is_colliding: result.pair_count > 0,
+            scenario: result.scenario,
+            colliding: result.pair_count > 0,
             pairs: row.pairs.map(|_| (result.pair_count, result.pairs_fnv1a64)),
         };
         if now == *row {
@@ -90,24 +84,6 @@ impl EarlierRun {
         }
         Err(Differs { scenario: result.scenario, found: words(row), now: words(&now) })
     }
-}
-
-fn row(line: &str, columns: usize, has_pairs: bool) -> Option<(u32, Row)> {
-    let fields: Vec<&str> = line.split(',').collect();
-    if fields.len() != columns {
-        return None;
-    }
-    let is_colliding = match fields[1] {
-        "0" => false,
-        "1" => true,
-        _ => return None,
-    };
-    let pairs = if has_pairs {
-        Some((u32::from_str(fields[2]).ok()?, u64::from_str_radix(fields[3], 16).ok()?))
-    } else {
-        None
-    };
-    Some((fields[0].parse().ok()?, Row { is_colliding, pairs }))
 }
 
 #[cfg(test)]

@@ -193,6 +193,7 @@ impl Checker<'_> {
         let score = file.score_root_ns.as_ref();
         Ok(Scale {
             serial_s,
+            slowdown: self.positive_or(file.slowdown.as_ref(), "scale.slowdown", None, Some)?,
             tree_bytes: match &file.tree_megabytes {
                 None => None,
                 Some(value) => self.value(value, "scale.tree_megabytes", trees)?,

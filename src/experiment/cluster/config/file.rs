@@ -77,6 +77,7 @@ pub struct MemoryFile {
 pub struct ScaleFile {
     #[serde(default)]
     pub serial_s: Vec<Spanned<f64>>,
+    pub slowdown: Option<Spanned<f64>>,
     pub tree_megabytes: Option<Spanned<[f64; 2]>>,
     pub analysis: Option<AnalysisCost>,
     pub make_megabytes_per_s: Option<Spanned<f64>>,
