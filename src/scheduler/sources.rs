@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 
 use super::local_client::{NewTask, SubtreeBytes, Unexpected};
 use super::node::Nodes;
+use crate::scene::SubtreesFrom;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Source {
@@ -21,6 +22,9 @@ pub struct Sources {
     /// Of each subtree of the fixed and of the moving tree: the nodes that are certain to have it.
     holders: [Vec<Vec<usize>>; 2],
     nodes: Vec<Server>,
+    from: SubtreesFrom,
+    /// Bytes of what the master was to send, and that may not be there yet.
+    master_busy: u64,
     /// Sent and without an answer yet, by number.
     tasks: BTreeMap<u64, Sent>,
 }
@@ -39,6 +43,8 @@ struct Sent {
     /// What came with the task.
     subtrees: [Vec<u32>; 2],
     fetches: Vec<Fetching>,
+    /// Bytes of the others.
+    from_master: u64,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -52,15 +58,15 @@ struct Fetching {
 impl Sources {
     /// What the nodes have been given is what they have: no task is out. `bytes` are those of each
     /// subtree.
-    pub fn new(nodes: &Nodes, bytes: SubtreeBytes) -> Self {
+    pub fn new(nodes: &Nodes, bytes: SubtreeBytes, from: SubtreesFrom) -> Self {
         let holding = |tree: usize, root: u32| {
             let has = |&node: &usize| nodes.all()[node].has(tree, root);
             (0..nodes.count()).filter(has).collect()
         };
         let holders =
             [0, 1].map(|tree| (0..bytes[tree].len() as u32).map(|r| holding(tree, r)).collect());
-        let servers = vec![Server::default(); nodes.count()];
-        Self { bytes, holders, nodes: servers, tasks: BTreeMap::new() }
+        let nodes = vec![Server::default(); nodes.count()];
+        Self { bytes, holders, nodes, from, master_busy: 0, tasks: BTreeMap::new() }
     }
 
     /// Others can fetch from the node from now on.
@@ -72,54 +78,79 @@ impl Sources {
     pub fn choose(&self, node: usize, tree: usize, root: u32) -> Source {
         let holders = self.holders[tree][root as usize].iter().copied();
         let open = holders.filter(|&holder| holder != node && self.nodes[holder].is_open);
-        let least_busy = open.min_by_key(|&holder| (self.nodes[holder].busy, holder));
-        least_busy.map_or(Source::Master, Source::Node)
+        match open.map(|holder| (self.nodes[holder].busy, holder)).min() {
+            Some((busy, holder)) if self.is_better_than_master(busy) => Source::Node(holder),
+            _ => Source::Master,
+        }
+    }
+
+    /// Who is that busy.
+    fn is_better_than_master(&self, busy: u64) -> bool {
+        match self.from {
+            SubtreesFrom::Master => false,
+            SubtreesFrom::Workers => true,
+            // One who has it like the others, and nearer than they: nobody has to ask it.
+            SubtreesFrom::Auto => busy < self.master_busy,
+        }
     }
 
     /// Where each subtree of a task comes from, the fixed tree's first. To be called as the task is
     /// sent.
     pub fn send(&mut self, node: usize, task: &NewTask) -> Vec<Source> {
-        let (mut sources, mut fetches) = (Vec::new(), Vec::new());
+        let (mut sources, mut fetches, mut from_master) = (Vec::new(), Vec::new(), 0);
         for (tree, roots) in task.subtrees.iter().enumerate() {
             for &root in roots {
-                let source = self.choose(node, tree, root);
-                if let Source::Node(from) = source {
-                    let bytes = self.bytes[tree][root as usize];
-                    self.nodes[from].busy += bytes;
-                    fetches.push(Fetching { tree, root, from, bytes });
+                let (source, bytes) =
+                    (self.choose(node, tree, root), self.bytes[tree][root as usize]);
+                match source {
+                    Source::Node(from) => {
+                        self.nodes[from].busy += bytes;
+                        fetches.push(Fetching { tree, root, from, bytes });
+                    }
+                    Source::Master => {
+                        self.master_busy += bytes;
+                        from_master += bytes;
+                    }
                 }
                 sources.push(source);
             }
         }
         let subtrees = task.subtrees.clone();
-        self.tasks.insert(task.number, Sent { node, subtrees, fetches });
+        self.tasks.insert(task.number, Sent { node, subtrees, fetches, from_master });
         sources
     }
 
-    /// There is an answer of a task, and so there is everywhere all that came with it. Returns the
-    /// bytes that the node has fetched for it, the first time.
+    /// There is an answer of a task, and so there is everywhere all that came with it, and to the same
+    /// node before it: also for a worker that has died since. Returns the bytes that the node has
+    /// fetched, the first time.
     pub fn answered(&mut self, task: u64) -> u64 {
-        let Some(Sent { node, subtrees, fetches }) = self.tasks.remove(&task) else { return 0 };
-        for (tree, roots) in subtrees.into_iter().enumerate() {
-            for root in roots {
-                self.holders[tree][root as usize].push(node);
+        let Some(node) = self.tasks.get(&task).map(|sent| sent.node) else { return 0 };
+        let there: Vec<_> = self.tasks.extract_if(..=task, |_, sent| sent.node == node).collect();
+        let mut fetched = 0;
+        for (_, sent) in &there {
+            self.is_over(sent);
+            fetched += sent.fetches.iter().map(|fetching| fetching.bytes).sum::<u64>();
+            for (tree, roots) in sent.subtrees.iter().enumerate() {
+                roots.iter().for_each(|&root| self.holders[tree][root as usize].push(node));
             }
         }
-        fetches.iter().for_each(|fetching| self.is_over(fetching));
-        fetches.iter().map(|fetching| fetching.bytes).sum()
+        fetched
     }
 
     /// The node could not fetch a subtree: it is the master's to send. From where it was to come,
     /// nobody is to fetch any more.
     pub fn not_fetched(&mut self, node: usize, tree: usize, root: u32) -> Result<(), Unexpected> {
         let of_node = self.tasks.values_mut().filter(|sent| sent.node == node);
-        let fetching = of_node.into_iter().find_map(|Sent { fetches, .. }| {
+        let fetching = of_node.into_iter().find_map(|Sent { fetches, from_master, .. }| {
             let at = fetches.iter().position(|f| (f.tree, f.root) == (tree, root))?;
-            Some(fetches.swap_remove(at))
+            let fetching = fetches.swap_remove(at);
+            *from_master += fetching.bytes;
+            Some(fetching)
         });
-        let fetching = fetching.ok_or(Unexpected::NotFetched { tree, root })?;
-        self.is_over(&fetching);
-        self.nodes[fetching.from].is_open = false;
+        let Fetching { from, bytes, .. } = fetching.ok_or(Unexpected::NotFetched { tree, root })?;
+        self.master_busy += bytes;
+        self.nodes[from].busy -= bytes;
+        self.nodes[from].is_open = false;
         Ok(())
     }
 
@@ -129,14 +160,14 @@ impl Sources {
             holders.retain(|&holder| holder != node);
         }
         let gone: Vec<_> = self.tasks.extract_if(.., |_, sent| sent.node == node).collect();
-        for fetching in gone.iter().flat_map(|(_, sent)| &sent.fetches) {
-            self.is_over(fetching);
-        }
+        gone.iter().for_each(|(_, sent)| self.is_over(sent));
         self.nodes[node].is_open = false;
     }
 
-    fn is_over(&mut self, fetching: &Fetching) {
-        self.nodes[fetching.from].busy -= fetching.bytes;
+    /// Nobody sends any of it any more.
+    fn is_over(&mut self, sent: &Sent) {
+        self.master_busy -= sent.from_master;
+        sent.fetches.iter().for_each(|fetching| self.nodes[fetching.from].busy -= fetching.bytes);
     }
 }
 
@@ -145,10 +176,14 @@ mod tests {
     use super::*;
 
     /// Three nodes that have nothing and serve each other: of six and four subtrees, 10 bytes each.
-    fn three() -> Sources {
-        let mut sources = Sources::new(&Nodes::private(3), [vec![10; 6], vec![10; 4]]);
+    fn three_from(from: SubtreesFrom) -> Sources {
+        let mut sources = Sources::new(&Nodes::private(3), [vec![10; 6], vec![10; 4]], from);
         (0..3).for_each(|node| sources.opens(node));
         sources
+    }
+
+    fn three() -> Sources {
+        three_from(SubtreesFrom::Workers)
     }
 
     fn task(number: u64, fixed: &[u32], moving: &[u32]) -> NewTask {
@@ -174,7 +209,7 @@ mod tests {
         let mut nodes = Nodes::private(2);
         let scenario = [row(0, &[0, 11, 0, 0, 0, 0]), row(1, &[0, 0, 14, 6])];
         nodes.of_client_mut(0).give(&scenario, &bytes());
-        let mut sources = Sources::new(&nodes, bytes());
+        let mut sources = Sources::new(&nodes, bytes(), SubtreesFrom::Workers);
         assert_eq!(sources.choose(1, 1, 3), Source::Master, "nobody can fetch from it");
         sources.opens(0);
         assert_eq!(sources.choose(1, 1, 3), Source::Node(0));
@@ -193,6 +228,46 @@ mod tests {
         assert_eq!(sources.answered(2), 20);
         assert_eq!(sources.answered(2), 0);
         assert_eq!(sources.choose(2, 0, 2), Source::Node(0), "nobody is busy any more");
+    }
+
+    #[test]
+    fn the_master_sends_what_it_is_not_too_busy_for_if_it_is_one_of_those_to_choose_from() {
+        let mut sources = three_from(SubtreesFrom::Auto);
+        assert_eq!(sources.send(0, &task(0, &[1, 2], &[])), [Source::Master; 2]);
+        sources.answered(0);
+        // It is as free as the other.
+        assert_eq!(sources.choose(1, 0, 1), Source::Master);
+        let turns = [Source::Master, Source::Node(0), Source::Master];
+        assert_eq!(sources.send(1, &task(1, &[1, 2, 3], &[])), turns);
+        assert_eq!(
+            sources.choose(2, 0, 1),
+            Source::Node(0),
+            "the master has twice as much to send"
+        );
+        sources.not_fetched(1, 0, 2).unwrap();
+        assert_eq!(sources.choose(2, 0, 1), Source::Master, "nobody else serves it");
+        sources.lost(1);
+        assert_eq!(sources.master_busy, 0);
+        assert_eq!(sources.choose(2, 0, 1), Source::Master);
+    }
+
+    /// Where memory outlives a worker, its death makes nothing uncertain for long.
+    #[test]
+    fn what_came_before_an_answered_task_is_there_even_if_its_own_task_has_no_answer() {
+        let nodes = Nodes::shared(vec![0, 0, 1]);
+        let mut sources = Sources::new(&nodes, [vec![10; 6], vec![10; 4]], SubtreesFrom::Workers);
+        (0..2).for_each(|node| sources.opens(node));
+        sources.send(0, &task(0, &[1], &[]));
+        sources.send(1, &task(1, &[2], &[]));
+        sources.send(0, &task(2, &[3], &[]));
+        assert_eq!(sources.choose(1, 0, 1), Source::Master);
+        sources.answered(2);
+        assert_eq!(sources.choose(1, 0, 1), Source::Node(0));
+        assert_eq!(sources.choose(0, 0, 2), Source::Master, "of another node nothing is known");
+        assert_eq!(sources.send(1, &task(3, &[1, 3], &[])), [Source::Node(0); 2]);
+        sources.send(1, &task(4, &[], &[]));
+        assert_eq!(sources.answered(4), 20, "fetched for the task before");
+        assert_eq!((sources.answered(3), sources.nodes[0].busy), (0, 0));
     }
 
     #[test]

@@ -8,7 +8,7 @@ use super::planned::Planned;
 use super::session::{Session, TICK};
 use super::supply::Published;
 use super::{EffectsWork, EngineError, EngineReport, ResultSink, Work};
-use crate::scene::{EngineOptions, Slowdown};
+use crate::scene::{EngineOptions, Slowdown, SubtreesFrom};
 use crate::scheduler::collection::BadReply;
 use crate::scheduler::indicator::ClientIndicator;
 use crate::scheduler::launch::Launch;
@@ -77,7 +77,14 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Engine<T, L> {
         let nodes = match crew.transport.other_nodes() {
             None => Nodes::private(workers),
             Some(others) => {
-                Nodes::shared((0..workers).map(|slot| others.node_of(slot as u32)).collect())
+                let of = (0..workers).map(|slot| others.node_of(slot as u32)).collect();
+                let nodes = Nodes::shared(of);
+                if options.subtrees_from != SubtreesFrom::Master {
+                    let serve = JobHeader::serve();
+                    let serve = [bytemuck::bytes_of(&serve)];
+                    nodes.others().try_for_each(|node| others.send_to_node(node, &serve))?;
+                }
+                nodes
             }
         };
         Ok(Self {

@@ -11,16 +11,16 @@ use crate::scheduler::launch::Launch;
 use crate::scheduler::local_client::{Analysis, Buffered, NewTask, OUTSTANDING_TASKS, Unexpected};
 use crate::scheduler::sources::Source;
 use crate::transport::MasterEnd;
-use crate::transport::peer::PeerName;
 use crate::tree::descent::DescentError;
 use crate::tree::roots::RootPair;
-use crate::wire::{Fetch, Job, JobHeader, ScenarioRecord, published_at};
+use crate::wire::{Fetch, Job, JobHeader, ScenarioRecord, SubtreeRequest, published_at};
 
 impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
     /// Tells a worker that is ready of both trees. It gets no task before it has taken them.
     pub(super) fn introduce(&mut self, client: usize) -> Result<(), EngineError> {
         let way = self.way(client);
         if self.sources.is_some()
+            && way == Way::Sent
             && self.assignment.clients[client].is_ready()
             && self.engine.crew.tells_to_serve(client)
         {
@@ -136,15 +136,31 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
         self.engine.crew.send(client, &message)
     }
 
-    /// From another worker, as one that has the subtree.
+    /// Where bytes are counted that its node has not had from the master.
+    pub(super) fn bytes_from_others(&mut self, client: usize) -> &mut u64 {
+        match self.way(client) {
+            Way::ByNode(node) => &mut self.report.nodes[node].bytes_from_nodes,
+            _ => &mut self.report.workers[client].bytes_from_workers,
+        }
+    }
+
+    /// From a node that has the subtree: leaders give each other what is for all of their workers.
     fn tell_to_fetch(
         &mut self,
         client: usize,
         (side, root): (usize, u32),
-        peer: PeerName,
+        from: usize,
     ) -> Result<(), EngineError> {
+        let tree = self.trees[side];
+        if let Way::ByNode(node) = self.way(client) {
+            let request = SubtreeRequest { tree, root }.to_bytes();
+            let others = self.engine.crew.transport.other_nodes().expect("a node of another");
+            return Ok(others.send_to_fetch(node, from, &request)?);
+        }
+        // Elsewhere the memory of a node is that of its one client.
+        let peer = self.engine.crew.name(from).expect("who is open has a name");
         let patience = fetch_patience(&self.engine.options, self.supply.length(side, root));
-        let header = JobHeader::fetch_subtree(self.trees[side]);
+        let header = JobHeader::fetch_subtree(tree);
         let fetch = Fetch { root, peer, patience };
         self.engine.crew.send(client, &[bytemuck::bytes_of(&header), &fetch.to_bytes()])
     }
@@ -225,11 +241,7 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
         let subtrees = fixed.chain(task.subtrees[1].iter().map(|&root| (1, root)));
         for (index, (side, root)) in subtrees.enumerate() {
             match sources.as_ref().map(|sources| sources[index]) {
-                // Where subtrees are sent, the memory of a node is that of its one client.
-                Some(Source::Node(from)) => {
-                    let peer = self.engine.crew.name(from).expect("who is open has a name");
-                    self.tell_to_fetch(client, (side, root), peer)?;
-                }
+                Some(Source::Node(from)) => self.tell_to_fetch(client, (side, root), from)?,
                 None | Some(Source::Master) => self.send_subtree(client, side, root)?,
             }
         }
