@@ -19,7 +19,8 @@ pub enum Source {
 #[derive(Debug)]
 pub struct Sources {
     bytes: SubtreeBytes,
-    /// Of each subtree of the fixed and of the moving tree: the nodes that are certain to have it.
+    /// Of each subtree of the fixed and of the moving tree: the nodes that are certain to have it, or to
+    /// get it.
     holders: [Vec<Vec<usize>>; 2],
     nodes: Vec<Server>,
     from: SubtreesFrom,
@@ -33,6 +34,8 @@ pub struct Sources {
 struct Server {
     /// Others can fetch from it.
     is_open: bool,
+    /// Who asks for what has yet to come to it waits there.
+    is_waited_at: bool,
     /// Bytes of what others have been told to fetch from it, and may not have yet.
     busy: u64,
 }
@@ -69,9 +72,15 @@ impl Sources {
         Self { bytes, holders, nodes, from, master_busy: 0, tasks: BTreeMap::new() }
     }
 
-    /// Others can fetch from the node from now on.
+    /// Others can fetch from the node from now on what is certain to be there.
     pub fn opens(&mut self, node: usize) {
         self.nodes[node].is_open = true;
+    }
+
+    /// And also what is on its way there: the master sends it once, whoever needs it meanwhile.
+    pub fn opens_early(&mut self, node: usize) {
+        self.opens(node);
+        self.nodes[node].is_waited_at = true;
     }
 
     /// The least busy of those who have the subtree, and if nobody has it the master.
@@ -113,6 +122,9 @@ impl Sources {
                     }
                 }
                 sources.push(source);
+                if self.nodes[node].is_waited_at {
+                    self.holders[tree][root as usize].push(node);
+                }
             }
         }
         let subtrees = task.subtrees.clone();
@@ -131,6 +143,9 @@ impl Sources {
             self.is_over(sent);
             fetched += sent.fetches.iter().map(|fetching| fetching.bytes).sum::<u64>();
             for (tree, roots) in sent.subtrees.iter().enumerate() {
+                if self.nodes[node].is_waited_at {
+                    continue;
+                }
                 roots.iter().for_each(|&root| self.holders[tree][root as usize].push(node));
             }
         }
@@ -249,6 +264,21 @@ mod tests {
         sources.lost(1);
         assert_eq!(sources.master_busy, 0);
         assert_eq!(sources.choose(2, 0, 1), Source::Master);
+    }
+
+    #[test]
+    fn what_is_on_its_way_to_where_one_can_wait_for_it_is_not_sent_again() {
+        let nodes = Nodes::shared(vec![0, 1, 2]);
+        let mut sources = Sources::new(&nodes, [vec![10; 6], vec![10; 4]], SubtreesFrom::Workers);
+        (0..2).for_each(|node| sources.opens_early(node));
+        sources.opens(2);
+        assert_eq!(sources.send(0, &task(0, &[1, 2], &[])), [Source::Master; 2]);
+        assert_eq!(sources.send(1, &task(1, &[1, 3], &[])), [Source::Node(0), Source::Master]);
+        // From the one that has it from the other, which is busy.
+        assert_eq!(sources.send(2, &task(2, &[1, 4], &[])), [Source::Node(1), Source::Master]);
+        assert_eq!(sources.choose(0, 0, 4), Source::Master, "it may still be on its way");
+        sources.answered(0);
+        assert_eq!(sources.holders[0][1], [0, 1], "once each");
     }
 
     /// Where memory outlives a worker, its death makes nothing uncertain for long.

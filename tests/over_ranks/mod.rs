@@ -146,6 +146,10 @@ fn what_one_node_has_others_get_from_it_and_the_masters_link_carries_less() {
             assert_eq!(other(|node| node.geometry_bytes_copied), report.bytes_sent);
             assert_eq!(other(|node| node.bytes_from_nodes), report.transfer.bytes_from_workers);
             assert_eq!((report.nodes[0].bytes_from_nodes, report.transfer.not_fetched), (0, 0));
+            if from == SubtreesFrom::Workers {
+                let once = report.transfer.bytes_packed;
+                assert!(report.bytes_sent <= once, "{machines:?}: each subtree once, {once}");
+            }
             let link = other(|node| node.link_bytes_sent);
             println!(
                 "{machines:?} from {from:?}: {} of the master, {} of nodes, {link} over its link",
@@ -155,14 +159,14 @@ fn what_one_node_has_others_get_from_it_and_the_masters_link_carries_less() {
         };
         let [alone, shared, auto] = SubtreesFrom::ALL.map(run_from);
         assert_eq!(alone.1, 0);
-        assert!(auto.1 <= alone.0, "each node has each subtree at most once");
-        // How soon it is certain who has what is a matter of time.
-        assert!(10 * shared.0 < 9 * alone.0 && shared.1 > alone.0 / 10, "{machines:?}");
+        assert!(shared.0 < alone.0 && shared.1 > alone.0 / 4, "{machines:?}");
         assert!(shared.2 < alone.2, "{machines:?}");
+        // Who of them is the least busy is a matter of time.
+        assert!(auto.1 > 0 && auto.1 <= alone.0, "{machines:?}");
     }
 }
 
-/// Its node has what it has: nobody waits for what the dead worker was to fetch.
+/// A node has what it has: what its dead worker brought is neither sent again nor waited for in vain.
 #[test]
 fn workers_of_nodes_that_exchange_subtrees_are_killed_and_no_scenario_is_lost() {
     let scene = Scene::new(60, 300);
@@ -182,6 +186,7 @@ fn workers_of_nodes_that_exchange_subtrees_are_killed_and_no_scenario_is_lost() 
     assert!(answers == scene.truth());
     assert!(report.workers.iter().any(|worker| worker.died));
     assert!(report.transfer.bytes_from_workers > 0);
+    assert!(report.bytes_sent <= report.transfer.bytes_packed);
 }
 
 #[test]

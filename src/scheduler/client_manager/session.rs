@@ -406,8 +406,8 @@ fn sources<T: MasterEnd, L: Launch<T::Attach>>(
     }
     let mut sources = Sources::new(nodes, bytes.clone(), from);
     match published {
-        // Their leaders were told at the beginning.
-        Published::InThisNode => nodes.others().for_each(|node| sources.opens(node)),
+        // Their leaders were told at the beginning, and answer when they can.
+        Published::InThisNode => nodes.others().for_each(|node| sources.opens_early(node)),
         _ => {
             let serving = (0..crew.len()).filter(|&client| crew.name(client).is_some());
             serving.for_each(|client| sources.opens(nodes.of(client)));

@@ -18,7 +18,7 @@ pub struct Stock {
 
 #[derive(Debug)]
 enum Item {
-    Tree(Tree),
+    Tree(Box<Tree>),
     Published,
 }
 
@@ -84,7 +84,8 @@ impl Stock {
                 let grow = |bytes| memory.grow(tree, bytes).map_err(io::Error::other);
                 let common = CommonTree::new(body, grow);
                 let common = common.map_err(|source| StockError::Subtree { tree, source })?;
-                self.add(tree, Item::Tree(Tree { common, messages: BTreeMap::new() }))
+                let added = Box::new(Tree { common, messages: BTreeMap::new() });
+                self.add(tree, Item::Tree(added))
             }
             Job::Plan { number, body } => {
                 memory.publish(number, body)?;
