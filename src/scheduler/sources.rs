@@ -38,9 +38,11 @@ struct Server {
     is_waited_at: bool,
     /// Bytes of what others have been told to fetch from it, and may not have yet.
     busy: u64,
+    /// What goes there with the next task.
+    ahead: Sent,
 }
 
-#[derive(Debug)]
+#[derive(Clone, Debug, Default)]
 struct Sent {
     node: usize,
     /// What came with the task.
@@ -106,30 +108,41 @@ impl Sources {
     /// Where each subtree of a task comes from, the fixed tree's first. To be called as the task is
     /// sent.
     pub fn send(&mut self, node: usize, task: &NewTask) -> Vec<Source> {
-        let (mut sources, mut fetches, mut from_master) = (Vec::new(), Vec::new(), 0);
-        for (tree, roots) in task.subtrees.iter().enumerate() {
-            for &root in roots {
-                let (source, bytes) =
-                    (self.choose(node, tree, root), self.bytes[tree][root as usize]);
-                match source {
-                    Source::Node(from) => {
-                        self.nodes[from].busy += bytes;
-                        fetches.push(Fetching { tree, root, from, bytes });
-                    }
-                    Source::Master => {
-                        self.master_busy += bytes;
-                        from_master += bytes;
-                    }
-                }
-                sources.push(source);
-                if self.nodes[node].is_waited_at {
-                    self.holders[tree][root as usize].push(node);
-                }
+        let mut sent = Sent { node, ..std::mem::take(&mut self.nodes[node].ahead) };
+        let fixed = task.subtrees[0].iter().map(|&root| (0, root));
+        let moving = task.subtrees[1].iter().map(|&root| (1, root));
+        let sources = fixed.chain(moving).map(|(tree, root)| self.add(&mut sent, tree, root));
+        let sources = sources.collect();
+        self.tasks.insert(task.number, sent);
+        sources
+    }
+
+    /// Where a subtree comes from that is sent ahead of the node's next task.
+    pub fn send_ahead(&mut self, node: usize, tree: usize, root: u32) -> Source {
+        let mut ahead = Sent { node, ..std::mem::take(&mut self.nodes[node].ahead) };
+        let source = self.add(&mut ahead, tree, root);
+        self.nodes[node].ahead = ahead;
+        source
+    }
+
+    fn add(&mut self, sent: &mut Sent, tree: usize, root: u32) -> Source {
+        let (node, bytes) = (sent.node, self.bytes[tree][root as usize]);
+        let source = self.choose(node, tree, root);
+        match source {
+            Source::Node(from) => {
+                self.nodes[from].busy += bytes;
+                sent.fetches.push(Fetching { tree, root, from, bytes });
+            }
+            Source::Master => {
+                self.master_busy += bytes;
+                sent.from_master += bytes;
             }
         }
-        let subtrees = task.subtrees.clone();
-        self.tasks.insert(task.number, Sent { node, subtrees, fetches, from_master });
-        sources
+        sent.subtrees[tree].push(root);
+        if self.nodes[node].is_waited_at {
+            self.holders[tree][root as usize].push(node);
+        }
+        source
     }
 
     /// There is an answer of a task, and so there is everywhere all that came with it, and to the same
@@ -176,6 +189,8 @@ impl Sources {
         }
         let gone: Vec<_> = self.tasks.extract_if(.., |_, sent| sent.node == node).collect();
         gone.iter().for_each(|(_, sent)| self.is_over(sent));
+        let ahead = std::mem::take(&mut self.nodes[node].ahead);
+        self.is_over(&ahead);
         self.nodes[node].is_open = false;
     }
 
@@ -279,6 +294,11 @@ mod tests {
         assert_eq!(sources.choose(0, 0, 4), Source::Master, "it may still be on its way");
         sources.answered(0);
         assert_eq!(sources.holders[0][1], [0, 1], "once each");
+        let ahead = [0, 1].map(|node| sources.send_ahead(node, 1, 0));
+        assert_eq!(ahead, [Source::Master, Source::Node(0)]);
+        sources.send(1, &task(3, &[], &[]));
+        assert_eq!(sources.answered(3), 20, "what it fetched with and ahead of its tasks");
+        assert_eq!(sources.nodes[0].busy, 0);
     }
 
     /// Where memory outlives a worker, its death makes nothing uncertain for long.

@@ -71,14 +71,12 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Engine<T, L> {
     pub fn start(transport: T, launcher: L, options: EngineOptions) -> Result<Self, EngineError> {
         let (started, workers) = (Instant::now(), options.worker_count().get() as usize);
         let mut crew = Crew::new(transport, launcher, options.restarts);
-        for slot in 0..workers {
-            crew.hire(options.slowdowns.get(slot).copied().unwrap_or(Slowdown::NONE))?;
-        }
         let nodes = match crew.transport.other_nodes() {
             None => Nodes::private(workers),
             Some(others) => {
                 let of = (0..workers).map(|slot| others.node_of(slot as u32)).collect();
                 let nodes = Nodes::shared(of);
+                // Ahead of its workers: when these are ready, others are told of a node.
                 if options.subtrees_from != SubtreesFrom::Master {
                     let serve = JobHeader::serve();
                     let serve = [bytemuck::bytes_of(&serve)];
@@ -87,6 +85,9 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Engine<T, L> {
                 nodes
             }
         };
+        for slot in 0..workers {
+            crew.hire(options.slowdowns.get(slot).copied().unwrap_or(Slowdown::NONE))?;
+        }
         Ok(Self {
             crew,
             options,

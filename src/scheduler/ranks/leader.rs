@@ -201,7 +201,7 @@ impl<'r, L: Launch<Attach>> Leader<'r, L> {
         let message = match self.stock.find(subtree)? {
             Found::Message(message) => message,
             // All scenarios of the tree are answered, by others than those it was fetched for.
-            Found::NoTree => &[],
+            Found::Gone => &[],
             Found::NotYet => {
                 self.wanted.push((subtree, to));
                 return Ok(());

@@ -1,6 +1,6 @@
 //! What the leader of a node keeps for all of its workers.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 
 use crate::transport::shared_memory::{Growing, SharedMemory};
@@ -12,6 +12,8 @@ use crate::wire::{Job, SubtreeRequest, WireError};
 #[derive(Debug, Default)]
 pub struct Stock {
     items: BTreeMap<u32, Item>,
+    /// Trees that were here.
+    gone: BTreeSet<u32>,
     /// Others can ask for subtrees.
     serves: bool,
 }
@@ -35,8 +37,8 @@ pub enum Found<'a> {
     Message(&'a [u8]),
     /// It was sent, or asked for, and has yet to come.
     NotYet,
-    /// Nor will it come.
-    NoTree,
+    /// Its tree was removed.
+    Gone,
 }
 
 #[derive(Debug, thiserror::Error)]
@@ -92,7 +94,10 @@ impl Stock {
                 self.add(number, Item::Published)
             }
             Job::RemoveTree { tree } => match self.items.remove(&tree) {
-                Some(Item::Tree(_)) => Ok(()),
+                Some(Item::Tree(_)) => {
+                    self.gone.insert(tree);
+                    Ok(())
+                }
                 Some(Item::Published) => Ok(memory.withdraw(tree)?),
                 None => Err(StockError::Tree(tree)),
             },
@@ -109,13 +114,17 @@ impl Stock {
         }
     }
 
-    /// Of what was sent to this node, or will be.
+    /// Of what was sent to this node, or will be: another node may be told of it earlier.
     pub fn find(&self, asked: SubtreeRequest) -> Result<Found<'_>, StockError> {
         if !self.serves {
             return Err(StockError::NotServing);
         }
-        let Some(Item::Tree(tree)) = self.items.get(&asked.tree) else { return Ok(Found::NoTree) };
-        Ok(tree.messages.get(&asked.root).map_or(Found::NotYet, |message| Found::Message(message)))
+        let found = match self.items.get(&asked.tree) {
+            Some(Item::Tree(tree)) => tree.messages.get(&asked.root),
+            _ if self.gone.contains(&asked.tree) => return Ok(Found::Gone),
+            _ => None,
+        };
+        Ok(found.map_or(Found::NotYet, |message| Found::Message(message)))
     }
 
     /// Puts a subtree to its place; its number.

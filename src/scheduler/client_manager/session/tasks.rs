@@ -76,7 +76,13 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
     /// Effects look at whole trees.
     fn send_whole(&mut self, client: usize, side: usize) -> Result<(), EngineError> {
         if self.planned.is_some() {
-            self.send_subtree(client, side, 0)?;
+            let source =
+                match (&mut self.sources, self.supply.way(self.assignment.nodes.of(client))) {
+                    (Some(sources), Way::ByNode(node)) => sources.send_ahead(node, side, 0),
+                    // What a worker cannot fetch it reports as of a task, and it has none yet.
+                    _ => Source::Master,
+                };
+            self.get_subtree(client, (side, 0), source)?;
             self.assignment.nodes.of_client_mut(client).give_whole(side);
         }
         Ok(())
@@ -121,6 +127,18 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
             self.engine.crew.begins(client);
         }
         tells
+    }
+
+    fn get_subtree(
+        &mut self,
+        client: usize,
+        (side, root): (usize, u32),
+        source: Source,
+    ) -> Result<(), EngineError> {
+        match source {
+            Source::Node(from) => self.tell_to_fetch(client, (side, root), from),
+            Source::Master => self.send_subtree(client, side, root),
+        }
     }
 
     /// To its node, if it has one.
@@ -240,10 +258,8 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
         let fixed = task.subtrees[0].iter().map(|&root| (0, root));
         let subtrees = fixed.chain(task.subtrees[1].iter().map(|&root| (1, root)));
         for (index, (side, root)) in subtrees.enumerate() {
-            match sources.as_ref().map(|sources| sources[index]) {
-                Some(Source::Node(from)) => self.tell_to_fetch(client, (side, root), from)?,
-                None | Some(Source::Master) => self.send_subtree(client, side, root)?,
-            }
+            let source = sources.as_ref().map_or(Source::Master, |sources| sources[index]);
+            self.get_subtree(client, (side, root), source)?;
         }
         self.report.workers[client].batches += 1;
         self.send_batch(client, task)
