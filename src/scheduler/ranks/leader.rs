@@ -328,3 +328,95 @@ fn pass_on(
         *outcome = ranks.send(MASTER, &[Header::from_worker(worker).bytes(), reply]);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scheduler::launch::Processes;
+    use crate::transport::{Message, Traffic};
+    use crate::wire::JobHeader;
+
+    /// Rank 1 of three, and what it hears before it is told to end.
+    struct Scripted {
+        heard: VecDeque<(Rank, Message)>,
+        said: Vec<(Rank, Vec<u8>)>,
+    }
+
+    impl Ranks for Scripted {
+        fn rank(&self) -> Rank {
+            1
+        }
+
+        fn machines(&self) -> &[Rank] {
+            &[0, 1, 2]
+        }
+
+        fn send(&mut self, to: Rank, parts: &[&[u8]]) -> Result<(), TransportError> {
+            self.said.push((to, parts.concat()));
+            Ok(())
+        }
+
+        fn receive(&mut self) -> Result<Option<(Rank, Message)>, TransportError> {
+            let end = || (MASTER, Message::from(Header::end().bytes()));
+            Ok(Some(self.heard.pop_front().unwrap_or_else(end)))
+        }
+
+        fn is_busy(&self) -> bool {
+            false
+        }
+
+        fn traffic(&self, _: Rank) -> Traffic {
+            Traffic::default()
+        }
+    }
+
+    const SUBTREE: SubtreeRequest = SubtreeRequest { tree: 4, root: 2 };
+
+    /// What a leader says after its name when it hears this.
+    fn said_to(messages: &[(Rank, Header, &[u8])]) -> Vec<(Rank, Vec<u8>)> {
+        let lead = Lead { job_bytes: 1024, workers: 1 };
+        let lead = (MASTER, Header::lead(), bytemuck::bytes_of(&lead));
+        let spoken = |(from, header, body): &(Rank, Header, &[u8])| {
+            (*from, Message::from(&[header.bytes(), body].concat()[..]))
+        };
+        let heard = [lead].iter().chain(messages).map(spoken).collect();
+        let mut ranks = Scripted { heard, said: Vec::new() };
+        let base = tempfile::tempdir().unwrap();
+        let nobody = Processes { program: "/nobody/is/started/here".into() };
+        serve(&mut ranks, &nobody, base.path()).unwrap();
+        ranks.said.split_off(1)
+    }
+
+    #[test]
+    fn who_asks_early_waits_and_who_is_to_be_asked_is() {
+        let (asked, serve) = (SUBTREE.to_bytes(), JobHeader::serve());
+        let serve = (MASTER, Header::to_node(), bytemuck::bytes_of(&serve));
+        assert_eq!(said_to(&[serve, (2, Header::ask(), &asked)]), []);
+        let ask = [Header::ask().bytes(), &asked].concat();
+        assert_eq!(said_to(&[(MASTER, Header::fetch(2), &asked)]), [(2, ask)]);
+    }
+
+    #[test]
+    fn what_cannot_be_right_of_subtrees_is_told_to_the_master() {
+        let asked = SUBTREE.to_bytes();
+        let fetch = |from| (MASTER, Header::fetch(from), &asked[..]);
+        let given = [&asked[..], b"no tree!"].concat();
+        for (messages, reason) in [
+            (vec![fetch(0)], "rank 0 is no other leader"),
+            (vec![fetch(1)], "rank 1 is no other leader"),
+            (vec![fetch(3)], "rank 3 is no other leader"),
+            (vec![(2, Header::ask(), &asked[..])], "none are kept here"),
+            (vec![(2, Header::ask(), &asked[..8])], "a message of another rank"),
+            (vec![(2, Header::end(), &[])], "a message of another rank"),
+            (vec![(2, Header::give(), &given)], "rank 2 gives a subtree that it was not asked for"),
+            (vec![fetch(2), (2, Header::give(), &given)], "tree 4 is not here"),
+        ] {
+            let said = said_to(&messages);
+            let (to, last) = said.last().expect("a failure");
+            let (header, words) = last.split_at(size_of::<Header>());
+            assert_eq!((*to, header), (MASTER, Header::failed().bytes()), "{reason}");
+            let words = str::from_utf8(words).unwrap();
+            assert!(words.contains(reason), "{words}");
+        }
+    }
+}
