@@ -244,8 +244,8 @@ pub(super) struct EngineArgs {
     #[arg(long, value_parser = one_of(Compression::ALL.map(|c| (c.name(), c))))]
     pub compress: Option<Compression>,
 
-    /// From whom a worker gets a subtree that it lacks, over pipes or sockets: from the master, or from
-    /// a worker that has it
+    /// From whom a worker gets a subtree that it lacks, over pipes or sockets, or a machine, over several
+    /// ranks: from the master, from another that has it, or from the least busy of all these
     #[arg(long, value_parser = one_of(SubtreesFrom::ALL.map(|s| (s.name(), s))))]
     pub subtrees_from: Option<SubtreesFrom>,
 

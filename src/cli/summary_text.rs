@@ -42,7 +42,7 @@ pub(super) fn summary_text(summary: &Summary) -> String {
     if summary.transfer.compress != Compression::None {
         line("compressed", compressed(&summary.transfer));
     }
-    if summary.transfer.subtrees_from == SubtreesFrom::Workers {
+    if summary.transfer.subtrees_from != SubtreesFrom::Master {
         line("from workers", from_workers(&summary.transfer));
     }
     if summary.effects.len() > 1 {

@@ -186,16 +186,19 @@ pub enum SubtreesFrom {
     Master,
     /// From another worker that has it, if there is one
     Workers,
+    /// From the least busy of those that have it, of whom the master is one
+    Auto,
 }
 
 impl SubtreesFrom {
-    pub const ALL: [Self; 2] = [Self::Master, Self::Workers];
+    pub const ALL: [Self; 3] = [Self::Master, Self::Workers, Self::Auto];
 
     /// In scene files, on the command line, and in reports.
     pub fn name(self) -> &'static str {
         match self {
             Self::Master => "master",
             Self::Workers => "workers",
+            Self::Auto => "auto",
         }
     }
 }

@@ -42,13 +42,15 @@ pub struct NodeReport {
     /// The name of its machine.
     pub host: String,
     pub workers: u32,
-    /// Bytes of subtrees that were sent to it.
+    /// Bytes of subtrees that the master has sent to it.
     pub geometry_bytes_copied: u64,
+    /// Bytes of subtrees that it has had from other nodes.
+    pub bytes_from_nodes: u64,
     /// `geometry_bytes_copied` over the bytes of both trees.
     pub relative_data_transfer: f64,
-    /// Bytes of all messages to its leader, since the engine began.
+    /// Bytes of all messages from the master to its leader, since the engine began.
     pub link_bytes_sent: u64,
-    /// Bytes of all messages from its leader.
+    /// Bytes of all messages from its leader to the master.
     pub link_bytes_received: u64,
 }
 
@@ -63,7 +65,7 @@ pub struct TransferReport {
     /// And as they are sent.
     pub bytes_packed: u64,
     pub subtrees_from: SubtreesFrom,
-    /// Bytes of subtrees that workers had from each other.
+    /// Bytes of subtrees that workers, or nodes, had from each other.
     pub bytes_from_workers: u64,
     /// Subtrees that another worker was to give and did not: the master has sent them.
     pub not_fetched: u32,
@@ -112,6 +114,7 @@ impl NodeReport {
     fn followed_by(&self, then: &Self) -> Self {
         Self {
             geometry_bytes_copied: self.geometry_bytes_copied + then.geometry_bytes_copied,
+            bytes_from_nodes: self.bytes_from_nodes + then.bytes_from_nodes,
             relative_data_transfer: self.relative_data_transfer + then.relative_data_transfer,
             ..then.clone()
         }

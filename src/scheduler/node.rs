@@ -94,6 +94,11 @@ impl Nodes {
         Self { of, nodes: vec![Node::default(); count], is_private: false }
     }
 
+    /// Those of other machines than the master's, whose is the first.
+    pub fn others(&self) -> std::ops::Range<usize> {
+        1..self.count().max(1)
+    }
+
     pub fn count(&self) -> usize {
         self.nodes.len()
     }

@@ -165,10 +165,21 @@ pub trait OtherNodes {
     /// node reaches them when the leader has dealt with it.
     fn send_to_node(&mut self, node: usize, parts: &[&[u8]]) -> Result<(), TransportError>;
 
+    /// Has a node's leader send the `request` to the leader of another, who answers it from what was
+    /// sent to that node. What is sent afterwards to workers of the node reaches them when the answer
+    /// has come.
+    fn send_to_fetch(
+        &mut self,
+        node: usize,
+        from: usize,
+        request: &[u8],
+    ) -> Result<(), TransportError>;
+
     /// The name of its machine.
     fn host(&self, node: usize) -> String;
 
-    /// All that went to and came from its leader, and thereby its workers.
+    /// All that went from the master to its leader and came back, and thereby to its workers. What
+    /// leaders have from each other is not here.
     fn traffic_of_node(&self, node: usize) -> Traffic;
 }
 

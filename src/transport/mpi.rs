@@ -21,7 +21,7 @@ const PIECE: usize = 16 << 20;
 /// Tags of pieces: the last of a message, and the others.
 const LAST: i32 = 0;
 const MORE: i32 = 1;
-/// Of what each rank says to the first when it ends.
+/// Of what each rank says to the first when it ends, and the first to each when all have.
 const BYE: i32 = 2;
 
 /// While the last messages leave.
@@ -38,7 +38,7 @@ pub struct World {
     /// Of each rank the pieces so far of the message that it is sending.
     begun: BTreeMap<Rank, Message>,
     traffic: BTreeMap<Rank, Traffic>,
-    /// Of other ranks, those that have ended.
+    /// Ranks that have said so when they ended.
     gone: usize,
     /// Ends MPI, which waits for all ranks; not where one of them has gone without a word.
     universe: ManuallyDrop<Universe>,
@@ -163,6 +163,43 @@ impl World {
     }
 }
 
+impl World {
+    /// Takes leave of all others. Returns whether they have done so too.
+    fn ends_with_others(&mut self) -> bool {
+        let deadline = Instant::now() + PATIENCE;
+        let ranks = self.machines.len() as Rank;
+        if self.rank() == 0 {
+            let others = ranks as usize - 1;
+            self.takes_until(deadline, |world| world.gone == others) && {
+                (1..ranks).for_each(|rank| self.send_piece(rank, Vec::new(), BYE));
+                self.takes_until(deadline, |_| true)
+            }
+        } else {
+            self.takes_until(deadline, |_| true) && {
+                self.send_piece(0, Vec::new(), BYE);
+                self.takes_until(deadline, |world| world.gone == 1)
+            }
+        }
+    }
+
+    /// Takes what comes, for which nobody waits any more, until all has left and this is so. Returns
+    /// whether that was in time.
+    fn takes_until(&mut self, deadline: Instant, is_so: impl Fn(&Self) -> bool) -> bool {
+        loop {
+            let has_come = matches!(self.receive(), Ok(Some(_)));
+            if self.outgoing.is_empty() && is_so(self) {
+                return true;
+            }
+            if Instant::now() >= deadline {
+                return false;
+            }
+            if !has_come {
+                std::thread::sleep(PAUSE);
+            }
+        }
+    }
+}
+
 /// Launchers bind each rank to cores of its own. The workers of a node are children of its leader, and
 /// are to have the cores of all of its ranks.
 fn share_cores(neighbours: &SimpleCommunicator) {
@@ -237,29 +274,18 @@ impl Ranks for World {
 }
 
 impl Drop for World {
-    /// What was sent leaves before MPI ends. The first rank ends it when all others have said that they
-    /// end too: if one cannot any more, the launcher sees to the rest.
+    /// What was sent leaves before MPI ends, and what others have sent is taken, which may be long and
+    /// leaves only then. MPI ends when all have said that they end too: if one cannot any more, the
+    /// launcher sees to the rest.
     fn drop(&mut self) {
-        let others = self.machines.len() - 1;
-        let is_first = self.rank() == 0;
-        if !is_first {
-            self.send_piece(0, Vec::new(), BYE);
+        if self.ends_with_others() {
+            // SAFETY: nobody uses it afterwards, and nothing is on its way.
+            unsafe { ManuallyDrop::drop(&mut self.universe) };
+        } else {
+            // MPI may still use what it was lent.
+            std::mem::forget(std::mem::take(&mut self.outgoing));
+            std::mem::forget(self.incoming.take());
         }
-        let begin = Instant::now();
-        while !self.outgoing.is_empty() || is_first && self.gone < others {
-            if begin.elapsed() > PATIENCE {
-                // MPI may still use what it was lent.
-                std::mem::forget(std::mem::take(&mut self.outgoing));
-                std::mem::forget(self.incoming.take());
-                return;
-            }
-            // Nobody waits for what others have said meanwhile.
-            if !matches!(self.receive(), Ok(Some(_))) {
-                std::thread::sleep(PAUSE);
-            }
-        }
-        // SAFETY: nobody uses it afterwards, and nothing is on its way.
-        unsafe { ManuallyDrop::drop(&mut self.universe) };
     }
 }
 

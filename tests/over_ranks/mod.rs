@@ -6,8 +6,8 @@ use std::num::NonZeroU32;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use bumper::scene::{Compression, MatchRule, WorkerCount};
-use bumper::scheduler::client_manager::{Engine, EngineError, EngineReport, needs};
+use bumper::scene::{Compression, MatchRule, SubtreesFrom, WorkerCount};
+use bumper::scheduler::client_manager::{Engine, EngineError, EngineReport, NodeReport, needs};
 use bumper::scheduler::launch::Processes;
 use bumper::scheduler::ranks::{Hybrid, NodeIs, OnNodes};
 use bumper::transport::ranks::Rank;
@@ -115,6 +115,93 @@ fn workers_of_a_node_have_one_copy_of_what_it_was_sent() {
     assert!(hybrid.bytes_sent > 0 && apart.bytes_sent > 2 * hybrid.bytes_sent);
     let link = |report: &EngineReport| report.nodes.iter().map(|n| n.link_bytes_sent).sum::<u64>();
     assert!(link(&hybrid) > hybrid.bytes_sent && link(&apart) > apart.bytes_sent);
+}
+
+/// A scenario goes to who has the least of it, a few at a time, so that subtrees are asked for all the
+/// time.
+fn exchanging(subtrees_from: SubtreesFrom) -> Options {
+    let mut options = options(1);
+    options.engine.subtrees_from = subtrees_from;
+    options.engine.matchmaker = MatchRule::Lowest;
+    options.engine.buffer_scenarios = 2.try_into().unwrap();
+    options.cuts = [Cut::Depth(8); 2];
+    options
+}
+
+#[test]
+fn what_one_node_has_others_get_from_it_and_the_masters_link_carries_less() {
+    let scene = Scene::new(60, 400);
+    let truth = scene.truth();
+    for (machines, node, compress) in [
+        (&[0, 1, 2, 3][..], NodeIs::Machine, Compression::Lz4),
+        (&[0, 1, 1, 3, 3], NodeIs::Machine, Compression::None),
+        (&[0, 1, 1, 1], NodeIs::Rank, Compression::None),
+    ] {
+        let run_from = |from| {
+            let mut options = exchanging(from);
+            options.engine.compress = compress;
+            let (report, answers) = run(&scene, machines, node, &options);
+            assert!(answers == truth, "{machines:?} {from:?}");
+            let other = |of: fn(&NodeReport) -> u64| report.nodes.iter().map(of).sum::<u64>();
+            assert_eq!(other(|node| node.geometry_bytes_copied), report.bytes_sent);
+            assert_eq!(other(|node| node.bytes_from_nodes), report.transfer.bytes_from_workers);
+            assert_eq!((report.nodes[0].bytes_from_nodes, report.transfer.not_fetched), (0, 0));
+            if from == SubtreesFrom::Workers {
+                let once = report.transfer.bytes_packed;
+                assert!(report.bytes_sent <= once, "{machines:?}: each subtree once, {once}");
+            }
+            let link = other(|node| node.link_bytes_sent);
+            println!(
+                "{machines:?} from {from:?}: {} of the master, {} of nodes, {link} over its link",
+                report.bytes_sent, report.transfer.bytes_from_workers
+            );
+            (report.bytes_sent, report.transfer.bytes_from_workers, link)
+        };
+        let [alone, shared, auto] = SubtreesFrom::ALL.map(run_from);
+        assert_eq!(alone.1, 0);
+        assert!(shared.0 < alone.0 && shared.1 > alone.0 / 4, "{machines:?}");
+        assert!(shared.2 < alone.2, "{machines:?}");
+        // Who of them is the least busy is a matter of time.
+        assert!(auto.1 > 0 && auto.1 <= alone.0, "{machines:?}");
+    }
+}
+
+/// A node has what it has: what its dead worker brought is neither sent again nor waited for in vain.
+#[test]
+fn workers_of_nodes_that_exchange_subtrees_are_killed_and_no_scenario_is_lost() {
+    let scene = Scene::new(60, 300);
+    let options = exchanging(SubtreesFrom::Workers);
+    let (report, answers) =
+        with_engine(&[0, 1, 1, 3, 4], NodeIs::Machine, &options, |engine, place| {
+            let on_result = |scenario| {
+                if [20, 60, 100].contains(&scenario) {
+                    place.workers().into_iter().for_each(kill);
+                }
+                Ok(())
+            };
+            let mut recorder = Recorder { answers: vec![], set_aside: vec![], on_result };
+            let report = scene.run_on(engine, &options, &mut recorder, &GO_ON).unwrap();
+            (report, recorder.answers)
+        });
+    assert!(answers == scene.truth());
+    assert!(report.workers.iter().any(|worker| worker.died));
+    assert!(report.transfer.bytes_from_workers > 0);
+    assert!(report.bytes_sent <= report.transfer.bytes_packed);
+}
+
+#[test]
+fn what_a_node_was_sent_in_one_run_others_get_from_it_in_another() {
+    let (small, large) = (Scene::new(12, 30), Scene::new(40, 200));
+    let options = exchanging(SubtreesFrom::Workers);
+    with_engine(&[0, 1, 2, 3], NodeIs::Machine, &options, |engine, _| {
+        for scene in [&large, &small, &large] {
+            let mut recorder =
+                Recorder { answers: vec![], set_aside: vec![], on_result: |_| Ok(()) };
+            let report = scene.run_on(engine, &options, &mut recorder, &GO_ON).unwrap();
+            assert!(recorder.answers == scene.truth());
+            assert!(report.transfer.bytes_from_workers > 0);
+        }
+    });
 }
 
 #[test]

@@ -119,8 +119,8 @@ impl<'a> Simulation<'a> {
         let matchmaker = Matchmaker::new(policy.rule, q, policy.seed);
         let bytes =
             if cluster.is_all_in_place() { Default::default() } else { load.subtree_bytes() };
-        let sources = (policy.from == SubtreesFrom::Workers).then(|| {
-            let mut sources = Sources::new(&nodes, load.subtree_bytes());
+        let sources = (policy.from != SubtreesFrom::Master).then(|| {
+            let mut sources = Sources::new(&nodes, load.subtree_bytes(), policy.from);
             let fetched_from = |&node: &usize| match cluster.copies {
                 Copies::Process => true,
                 Copies::Node => !cluster.is_in_place(node),

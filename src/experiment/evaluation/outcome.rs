@@ -89,7 +89,7 @@ impl View<'_> {
             if scene.engine.compress != Compression::None {
                 notes.push(format!("{name}: subtrees are sent compressed, and counted as sent"));
             }
-            if scene.engine.subtrees_from == SubtreesFrom::Workers {
+            if scene.engine.subtrees_from != SubtreesFrom::Master {
                 notes.push(format!(
                     "{name}: what workers have from each other is not in the relative data transfer"
                 ));

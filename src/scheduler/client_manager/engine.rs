@@ -8,7 +8,7 @@ use super::planned::Planned;
 use super::session::{Session, TICK};
 use super::supply::Published;
 use super::{EffectsWork, EngineError, EngineReport, ResultSink, Work};
-use crate::scene::{EngineOptions, Slowdown};
+use crate::scene::{EngineOptions, Slowdown, SubtreesFrom};
 use crate::scheduler::collection::BadReply;
 use crate::scheduler::indicator::ClientIndicator;
 use crate::scheduler::launch::Launch;
@@ -71,15 +71,23 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Engine<T, L> {
     pub fn start(transport: T, launcher: L, options: EngineOptions) -> Result<Self, EngineError> {
         let (started, workers) = (Instant::now(), options.worker_count().get() as usize);
         let mut crew = Crew::new(transport, launcher, options.restarts);
-        for slot in 0..workers {
-            crew.hire(options.slowdowns.get(slot).copied().unwrap_or(Slowdown::NONE))?;
-        }
         let nodes = match crew.transport.other_nodes() {
             None => Nodes::private(workers),
             Some(others) => {
-                Nodes::shared((0..workers).map(|slot| others.node_of(slot as u32)).collect())
+                let of = (0..workers).map(|slot| others.node_of(slot as u32)).collect();
+                let nodes = Nodes::shared(of);
+                // Ahead of its workers: when these are ready, others are told of a node.
+                if options.subtrees_from != SubtreesFrom::Master {
+                    let serve = JobHeader::serve();
+                    let serve = [bytemuck::bytes_of(&serve)];
+                    nodes.others().try_for_each(|node| others.send_to_node(node, &serve))?;
+                }
+                nodes
             }
         };
+        for slot in 0..workers {
+            crew.hire(options.slowdowns.get(slot).copied().unwrap_or(Slowdown::NONE))?;
+        }
         Ok(Self {
             crew,
             options,

@@ -84,8 +84,6 @@ pub enum EngineError {
          machine), or pipe or socket (one a rank)"
     )]
     ThreadsOnRanks,
-    #[error("over several ranks the master sends all subtrees: leave subtrees_from = workers out")]
-    FromWorkersOnRanks,
     #[error("a worker for each rank: {0}")]
     Ranks(OutOfRange),
     #[error(transparent)]

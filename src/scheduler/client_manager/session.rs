@@ -6,7 +6,6 @@ use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use super::crew::Crew;
 use super::engine::{Engine, TreeKey};
 use super::planned::Planned;
 use super::supply::{Published, Supply};
@@ -126,8 +125,7 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
         if published == Published::InThisNode {
             nodes.all_mut()[0].give_all(subtree_bytes.each_ref().map(Vec::len));
         }
-        let asks_workers = engine.options.subtrees_from == SubtreesFrom::Workers;
-        let sources = asks_workers.then(|| sources(&engine.crew, &nodes, subtree_bytes.clone()));
+        let sources = sources(engine, &nodes, published, &subtree_bytes);
         let traffic_before = (0..workers).map(|client| engine.crew.traffic(client)).collect();
         let restarts_before = (0..workers).map(|client| engine.crew.restarts(client)).collect();
         Ok(Self {
@@ -241,7 +239,7 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
         }
         for task in &heard.answered {
             let fetched = self.sources.as_mut().map_or(0, |sources| sources.answered(*task));
-            self.report.workers[client].bytes_from_workers += fetched;
+            *self.bytes_from_others(client) += fetched;
         }
         if !heard.answered.is_empty() {
             let now = Instant::now();
@@ -369,8 +367,9 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
         let to_workers = report.workers.iter().map(|worker| worker.geometry_bytes_copied);
         let to_nodes = report.nodes.iter().map(|node| node.geometry_bytes_copied);
         report.bytes_sent = to_workers.chain(to_nodes).sum();
-        report.transfer.bytes_from_workers =
-            report.workers.iter().map(|w| w.bytes_from_workers).sum();
+        let by_workers = report.workers.iter().map(|worker| worker.bytes_from_workers);
+        let by_nodes = report.nodes.iter().map(|node| node.bytes_from_nodes);
+        report.transfer.bytes_from_workers = by_workers.chain(by_nodes).sum();
         report.relative_data_transfer = report.bytes_sent as f64 / self.tree_bytes as f64;
         Ok(report)
     }
@@ -394,16 +393,27 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
     }
 }
 
-/// As the workers' earlier runs have left them.
+/// As earlier runs have left them, where there is anything to choose from.
 fn sources<T: MasterEnd, L: Launch<T::Attach>>(
-    crew: &Crew<T, L>,
+    engine: &Engine<T, L>,
     nodes: &Nodes,
-    bytes: SubtreeBytes,
-) -> Sources {
-    let mut sources = Sources::new(nodes, bytes);
-    let serving = (0..crew.len()).filter(|&client| crew.name(client).is_some());
-    serving.for_each(|client| sources.opens(nodes.of(client)));
-    sources
+    published: Published,
+    bytes: &SubtreeBytes,
+) -> Option<Sources> {
+    let (crew, from) = (&engine.crew, engine.options.subtrees_from);
+    if published == Published::Everywhere || from == SubtreesFrom::Master {
+        return None;
+    }
+    let mut sources = Sources::new(nodes, bytes.clone(), from);
+    match published {
+        // Their leaders were told at the beginning, and answer when they can.
+        Published::InThisNode => nodes.others().for_each(|node| sources.opens_early(node)),
+        _ => {
+            let serving = (0..crew.len()).filter(|&client| crew.name(client).is_some());
+            serving.for_each(|client| sources.opens(nodes.of(client)));
+        }
+    }
+    Some(sources)
 }
 
 /// What a worker's messages said.

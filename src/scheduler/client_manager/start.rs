@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use super::{Engine, EngineError, EngineReport, MeshId, ResultSink, Work};
-use crate::scene::{EngineOptions, StartFrom, SubtreesFrom, Transport, WorkerCount};
+use crate::scene::{EngineOptions, StartFrom, Transport, WorkerCount};
 use crate::scheduler::launch::{InThreads, Launch, Processes};
 use crate::scheduler::ranks::{Command, Hybrid, NodeIs, OnNodes};
 use crate::transport::shared_memory::{SharedMemory, default_base};
@@ -78,9 +78,6 @@ pub fn start_on_ranks(
         Transport::Pipe | Transport::Socket => NodeIs::Rank,
         Transport::Threads => return Err(EngineError::ThreadsOnRanks),
     };
-    if options.subtrees_from == SubtreesFrom::Workers {
-        return Err(EngineError::FromWorkersOnRanks);
-    }
     let workers = Some(WorkerCount::new(command.ranks().into()).map_err(EngineError::Ranks)?);
     let start_from = match command.nodes_of(node) {
         1 => options.start_from,

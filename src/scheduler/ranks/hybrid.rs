@@ -196,6 +196,17 @@ impl OtherNodes for Hybrid {
         command.send(leader, &[&[Header::to_node().bytes()], parts].concat())
     }
 
+    fn send_to_fetch(
+        &mut self,
+        node: usize,
+        from: usize,
+        request: &[u8],
+    ) -> Result<(), TransportError> {
+        let mut command = self.command.borrow_mut();
+        let [to, from] = [node, from].map(|node| command.nodes()[node].leader);
+        command.send(to, &[Header::fetch(from).bytes(), request])
+    }
+
     fn host(&self, node: usize) -> String {
         self.command.borrow().nodes()[node].host.clone()
     }

@@ -3,7 +3,8 @@
 use bytemuck::{Pod, Zeroable, bytes_of};
 
 use crate::transport::WorkerId;
-use crate::wire::WireError;
+use crate::transport::ranks::Rank;
+use crate::wire::{Job, SubtreeRequest, WireError};
 
 const MAGIC: u32 = u32::from_le_bytes(*b"bNOD");
 
@@ -15,17 +16,22 @@ const TO_WORKER: u32 = 4;
 const TO_NODE: u32 = 5;
 const END: u32 = 6;
 const CLOSE: u32 = 11;
+const FETCH: u32 = 12;
 /// From a leader.
 const HOST: u32 = 7;
 const FROM_WORKER: u32 = 8;
 const DIED: u32 = 9;
 const FAILED: u32 = 10;
+/// From one leader to another.
+const ASK: u32 = 13;
+const GIVE: u32 = 14;
 
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Header {
     magic: u32,
     kind: u32,
+    /// Of a worker; of a fetch the rank that is to be asked, and 0.
     slot: u32,
     incarnation: u32,
 }
@@ -68,6 +74,11 @@ impl Header {
         Self::of(TO_NODE)
     }
 
+    /// Followed by the [`SubtreeRequest`] that the leader is to send to that rank.
+    pub fn fetch(from: Rank) -> Self {
+        Self { slot: from, ..Self::of(FETCH) }
+    }
+
     pub fn end() -> Self {
         Self::of(END)
     }
@@ -90,6 +101,16 @@ impl Header {
     /// Followed by why the node cannot go on.
     pub fn failed() -> Self {
         Self::of(FAILED)
+    }
+
+    /// Followed by a [`SubtreeRequest`].
+    pub fn ask() -> Self {
+        Self::of(ASK)
+    }
+
+    /// Followed by the [`SubtreeRequest`], and the message of the subtree, if its tree is here.
+    pub fn give() -> Self {
+        Self::of(GIVE)
     }
 
     pub fn bytes(&self) -> &[u8] {
@@ -127,7 +148,30 @@ pub enum ToNode<'a> {
     Close(WorkerId),
     ToWorker { worker: WorkerId, job: &'a [u8] },
     Geometry(&'a [u8]),
+    Fetch { from: Rank, subtree: SubtreeRequest },
     End,
+}
+
+impl ToNode<'_> {
+    /// Workers find there what a job of theirs needs, and what is fetched finds its tree.
+    pub fn waits_for_subtrees(&self) -> bool {
+        match self {
+            Self::ToWorker { .. } => true,
+            Self::Geometry(job) => matches!(Job::parse(job), Ok(Job::RemoveTree { .. })),
+            _ => false,
+        }
+    }
+}
+
+/// What leaders say to each other.
+#[derive(Debug, PartialEq)]
+pub enum FromPeer<'a> {
+    Ask(SubtreeRequest),
+    /// Without a message the tree is not there any more.
+    Give {
+        subtree: SubtreeRequest,
+        message: &'a [u8],
+    },
 }
 
 #[derive(Debug, PartialEq)]
@@ -154,6 +198,31 @@ fn text(body: &[u8]) -> Result<&str, WireError> {
     std::str::from_utf8(body).map_err(refused)
 }
 
+fn request(body: &[u8]) -> Result<(SubtreeRequest, &[u8]), WireError> {
+    let needed = SubtreeRequest::BYTES;
+    let truncated = WireError::Truncated { found: body.len(), needed };
+    let (request, rest) = body.split_first_chunk().ok_or(truncated)?;
+    Ok((SubtreeRequest::parse(*request)?, rest))
+}
+
+fn request_alone(body: &[u8]) -> Result<SubtreeRequest, WireError> {
+    match request(body)? {
+        (request, []) => Ok(request),
+        _ => Err(WireError::Length { found: body.len(), described: SubtreeRequest::BYTES }),
+    }
+}
+
+impl<'a> FromPeer<'a> {
+    pub fn parse(message: &'a [u8]) -> Result<Self, WireError> {
+        let (header, body) = split(message)?;
+        match header.kind {
+            ASK => request_alone(body).map(Self::Ask),
+            GIVE => request(body).map(|(subtree, message)| Self::Give { subtree, message }),
+            kind => Err(WireError::Kind(kind as u16)),
+        }
+    }
+}
+
 impl<'a> ToNode<'a> {
     pub fn parse(message: &'a [u8]) -> Result<Self, WireError> {
         let (header, body) = split(message)?;
@@ -169,6 +238,7 @@ impl<'a> ToNode<'a> {
             CLOSE => Self::Close(worker),
             TO_WORKER => Self::ToWorker { worker, job: body },
             TO_NODE => Self::Geometry(body),
+            FETCH => Self::Fetch { from: header.slot, subtree: request_alone(body)? },
             END => Self::End,
             kind => return Err(WireError::Kind(kind as u16)),
         })
@@ -221,6 +291,43 @@ mod tests {
         let said = message(Header::from_worker(WORKER), b"");
         let understood = FromNode::FromWorker { worker: WORKER, reply: b"" };
         assert_eq!(FromNode::parse(bytemuck::cast_slice(&said)), Ok(understood));
+    }
+
+    #[test]
+    fn what_leaders_say_of_subtrees_is_understood_by_those_it_is_for() {
+        let subtree = SubtreeRequest { tree: 3, root: 5 };
+        let asked = subtree.to_bytes();
+        let fetch = message(Header::fetch(2), &asked);
+        let fetch: &[u8] = bytemuck::cast_slice(&fetch);
+        assert_eq!(ToNode::parse(fetch), Ok(ToNode::Fetch { from: 2, subtree }));
+        assert!(FromPeer::parse(fetch).is_err(), "only a master says this");
+        let ask = message(Header::ask(), &asked);
+        assert_eq!(FromPeer::parse(bytemuck::cast_slice(&ask)), Ok(FromPeer::Ask(subtree)));
+        let give = message(Header::give(), &[&asked[..], b"12345678"].concat());
+        let give: &[u8] = bytemuck::cast_slice(&give);
+        let given = FromPeer::Give { subtree, message: b"12345678" };
+        assert_eq!(FromPeer::parse(give), Ok(given));
+        assert!(ToNode::parse(give).is_err(), "no master says this");
+        let none = FromPeer::Give { subtree, message: b"" };
+        assert_eq!(FromPeer::parse(&give[..32]), Ok(none));
+        for bytes in [8, 16, 24] {
+            assert!(FromPeer::parse(&give[..bytes]).is_err(), "{bytes}");
+        }
+        for header in [Header::ask(), Header::fetch(2)] {
+            let long = message(header, &[&asked[..], b"12345678"].concat());
+            let long: &[u8] = bytemuck::cast_slice(&long);
+            assert!(FromPeer::parse(long).is_err() && ToNode::parse(long).is_err());
+        }
+    }
+
+    #[test]
+    fn jobs_wait_for_subtrees_and_what_makes_room_for_them_does_not() {
+        use crate::wire::JobHeader;
+        let geometry = |job: JobHeader| ToNode::Geometry(bytes_of(&job)).waits_for_subtrees();
+        assert!(geometry(JobHeader::remove_tree(1)));
+        assert!(!geometry(JobHeader::add_tree(1)) && !geometry(JobHeader::serve()));
+        assert!(ToNode::ToWorker { worker: WORKER, job: b"" }.waits_for_subtrees());
+        assert!(!ToNode::Kill(WORKER).waits_for_subtrees() && !ToNode::End.waits_for_subtrees());
     }
 
     #[test]

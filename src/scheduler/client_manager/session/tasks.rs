@@ -11,16 +11,16 @@ use crate::scheduler::launch::Launch;
 use crate::scheduler::local_client::{Analysis, Buffered, NewTask, OUTSTANDING_TASKS, Unexpected};
 use crate::scheduler::sources::Source;
 use crate::transport::MasterEnd;
-use crate::transport::peer::PeerName;
 use crate::tree::descent::DescentError;
 use crate::tree::roots::RootPair;
-use crate::wire::{Fetch, Job, JobHeader, ScenarioRecord, published_at};
+use crate::wire::{Fetch, Job, JobHeader, ScenarioRecord, SubtreeRequest, published_at};
 
 impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
     /// Tells a worker that is ready of both trees. It gets no task before it has taken them.
     pub(super) fn introduce(&mut self, client: usize) -> Result<(), EngineError> {
         let way = self.way(client);
         if self.sources.is_some()
+            && way == Way::Sent
             && self.assignment.clients[client].is_ready()
             && self.engine.crew.tells_to_serve(client)
         {
@@ -76,7 +76,13 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
     /// Effects look at whole trees.
     fn send_whole(&mut self, client: usize, side: usize) -> Result<(), EngineError> {
         if self.planned.is_some() {
-            self.send_subtree(client, side, 0)?;
+            let source =
+                match (&mut self.sources, self.supply.way(self.assignment.nodes.of(client))) {
+                    (Some(sources), Way::ByNode(node)) => sources.send_ahead(node, side, 0),
+                    // What a worker cannot fetch it reports as of a task, and it has none yet.
+                    _ => Source::Master,
+                };
+            self.get_subtree(client, (side, 0), source)?;
             self.assignment.nodes.of_client_mut(client).give_whole(side);
         }
         Ok(())
@@ -123,6 +129,18 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
         tells
     }
 
+    fn get_subtree(
+        &mut self,
+        client: usize,
+        (side, root): (usize, u32),
+        source: Source,
+    ) -> Result<(), EngineError> {
+        match source {
+            Source::Node(from) => self.tell_to_fetch(client, (side, root), from),
+            Source::Master => self.send_subtree(client, side, root),
+        }
+    }
+
     /// To its node, if it has one.
     fn send_subtree(&mut self, client: usize, side: usize, root: u32) -> Result<(), EngineError> {
         let header = JobHeader::add_subtree(self.trees[side]);
@@ -136,15 +154,31 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
         self.engine.crew.send(client, &message)
     }
 
-    /// From another worker, as one that has the subtree.
+    /// Where bytes are counted that its node has not had from the master.
+    pub(super) fn bytes_from_others(&mut self, client: usize) -> &mut u64 {
+        match self.way(client) {
+            Way::ByNode(node) => &mut self.report.nodes[node].bytes_from_nodes,
+            _ => &mut self.report.workers[client].bytes_from_workers,
+        }
+    }
+
+    /// From a node that has the subtree: leaders give each other what is for all of their workers.
     fn tell_to_fetch(
         &mut self,
         client: usize,
         (side, root): (usize, u32),
-        peer: PeerName,
+        from: usize,
     ) -> Result<(), EngineError> {
+        let tree = self.trees[side];
+        if let Way::ByNode(node) = self.way(client) {
+            let request = SubtreeRequest { tree, root }.to_bytes();
+            let others = self.engine.crew.transport.other_nodes().expect("a node of another");
+            return Ok(others.send_to_fetch(node, from, &request)?);
+        }
+        // Elsewhere the memory of a node is that of its one client.
+        let peer = self.engine.crew.name(from).expect("who is open has a name");
         let patience = fetch_patience(&self.engine.options, self.supply.length(side, root));
-        let header = JobHeader::fetch_subtree(self.trees[side]);
+        let header = JobHeader::fetch_subtree(tree);
         let fetch = Fetch { root, peer, patience };
         self.engine.crew.send(client, &[bytemuck::bytes_of(&header), &fetch.to_bytes()])
     }
@@ -224,14 +258,8 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
         let fixed = task.subtrees[0].iter().map(|&root| (0, root));
         let subtrees = fixed.chain(task.subtrees[1].iter().map(|&root| (1, root)));
         for (index, (side, root)) in subtrees.enumerate() {
-            match sources.as_ref().map(|sources| sources[index]) {
-                // Where subtrees are sent, the memory of a node is that of its one client.
-                Some(Source::Node(from)) => {
-                    let peer = self.engine.crew.name(from).expect("who is open has a name");
-                    self.tell_to_fetch(client, (side, root), peer)?;
-                }
-                None | Some(Source::Master) => self.send_subtree(client, side, root)?,
-            }
+            let source = sources.as_ref().map_or(Source::Master, |sources| sources[index]);
+            self.get_subtree(client, (side, root), source)?;
         }
         self.report.workers[client].batches += 1;
         self.send_batch(client, task)
