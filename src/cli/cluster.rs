@@ -153,7 +153,7 @@ fn recording(
     }
     let recording = prepared.record(&cuts, interrupt)?;
     if let Some(path) = &args.recording {
-        write(path, &recording.to_json())?;
+        write(path, recording.to_json())?;
     }
     Ok(recording)
 }

@@ -96,7 +96,7 @@ impl ClusterReport {
         for figure in &self.figures {
             write(&out.join(format!("{}.svg", figure.name)), &figure.to_svg()?)?;
         }
-        write(&out.join("cluster.json"), &self.to_json())
+        write(&out.join("cluster.json"), self.to_json())
     }
 
     pub fn text(&self) -> String {
