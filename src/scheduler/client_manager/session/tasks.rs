@@ -8,7 +8,9 @@ use super::super::supply::Way;
 use super::Session;
 use crate::scene::{EngineOptions, StartFrom};
 use crate::scheduler::launch::Launch;
-use crate::scheduler::local_client::{Analysis, Buffered, NewTask, OUTSTANDING_TASKS, Unexpected};
+use crate::scheduler::local_client::{
+    Analysis, Buffered, LocalClient, NewTask, OUTSTANDING_TASKS, Unexpected,
+};
 use crate::scheduler::sources::Source;
 use crate::transport::MasterEnd;
 use crate::transport::peer::PeerName;
@@ -21,7 +23,7 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
     pub(super) fn introduce(&mut self, client: usize) -> Result<(), EngineError> {
         let way = self.way(client);
         if self.sources.is_some()
-            && self.assignment.clients[client].is_ready()
+            && self.assignment.clients()[client].is_ready()
             && self.engine.crew.tells_to_serve(client)
         {
             self.engine.crew.send(client, &[bytemuck::bytes_of(&JobHeader::serve())])?;
@@ -45,7 +47,7 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
             }
         }
         let Some(planned) = &self.planned else { return Ok(()) };
-        if !self.assignment.clients[client].is_ready() {
+        if !self.assignment.clients()[client].is_ready() {
             return Ok(());
         }
         let numbers: Vec<_> = planned.numbers().collect();
@@ -114,10 +116,10 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
     /// Whether the client is to be told of something with this number, and from now on counts as
     /// told.
     fn tells_of(&mut self, client: usize, number: u32) -> bool {
-        let state = &mut self.assignment.clients[client];
-        let tells = state.is_ready() && self.engine.crew.tells_of(client, number);
+        let is_ready = self.assignment.clients()[client].is_ready();
+        let tells = is_ready && self.engine.crew.tells_of(client, number);
         if tells {
-            state.told_of_tree();
+            self.assignment.change(client, LocalClient::told_of_tree);
             self.engine.crew.begins(client);
         }
         tells
@@ -215,7 +217,7 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
 
     /// The subtrees that the worker lacks, then the scenarios.
     fn send_task(&mut self, client: usize, task: &NewTask) -> Result<(), EngineError> {
-        if self.assignment.clients[client].tasks() == 1 {
+        if self.assignment.clients()[client].tasks() == 1 {
             self.engine.crew.begins(client);
         }
         self.first_batch.get_or_insert_with(Instant::now);
