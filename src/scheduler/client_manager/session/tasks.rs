@@ -125,7 +125,7 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
         tells
     }
 
-    /// To its node, if it has one.
+    /// To its node, if it has one; otherwise no later than the master waits, as tasks follow.
     fn send_subtree(&mut self, client: usize, side: usize, root: u32) -> Result<(), EngineError> {
         let header = JobHeader::add_subtree(self.trees[side]);
         let body = self.supply.subtree(side, root);
@@ -135,7 +135,7 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
             return self.engine.send_to_node(node, &message);
         }
         self.report.workers[client].geometry_bytes_copied += bytes;
-        self.engine.crew.send(client, &message)
+        self.engine.crew.send_ahead(client, &message)
     }
 
     /// From another worker, as one that has the subtree.
@@ -148,7 +148,7 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
         let patience = fetch_patience(&self.engine.options, self.supply.length(side, root));
         let header = JobHeader::fetch_subtree(self.trees[side]);
         let fetch = Fetch { root, peer, patience };
-        self.engine.crew.send(client, &[bytemuck::bytes_of(&header), &fetch.to_bytes()])
+        self.engine.crew.send_ahead(client, &[bytemuck::bytes_of(&header), &fetch.to_bytes()])
     }
 
     /// What another worker was to give.
