@@ -58,6 +58,8 @@ pub enum AnalysisCost {
     /// As measured, scaled as scenarios are.
     #[default]
     Measured,
+    /// As measured: where scenarios take longer by what workers alone do.
+    Unscaled,
     /// As many tests of boxes at the cost of one in the serial descent.
     BoxTests,
 }

@@ -51,14 +51,16 @@ fn scenarios(recording: &Recording, cut: &CutRecording, scale: &Scale) -> Vec<Sc
     };
     let scenario = |(at, (fixed, moving)): (usize, (&[u32], &[u32]))| {
         let scaled = |ns: f64| (ns * factors[at]).round() as Time;
+        let measured = columns.analysis_ns[at];
         let analysis = match scale.analysis {
-            AnalysisCost::Measured => columns.analysis_ns[at] as f64,
-            AnalysisCost::BoxTests => columns.box_tests[at] as f64 * recording.box_test_ns,
+            AnalysisCost::Measured => scaled(measured as f64),
+            AnalysisCost::Unscaled => measured,
+            AnalysisCost::BoxTests => scaled(columns.box_tests[at] as f64 * recording.box_test_ns),
         };
         ScenarioCost {
             serial: scaled(recording.serial_ns[at] as f64),
             below: scaled(columns.below_ns[at] as f64),
-            analysis: scaled(analysis),
+            analysis,
             indicators: [indicator(0, fixed), indicator(1, moving)],
             roots: (fixed.len() + moving.len()) as u32,
             root_pairs: columns.root_pairs[at],

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use super::super::events::{Time, nanoseconds};
+use super::super::events::Time;
 use super::super::load::SubtreeCost;
 use super::super::machine::Copies;
 use super::worker::{Fetch, Message};
@@ -204,9 +204,8 @@ impl Simulation<'_> {
 
     fn send(&mut self, outgoing: Outgoing) {
         let messages = &self.cluster.messages;
-        let count = outgoing.message.count();
-        let copy = nanoseconds(outgoing.message.bytes() / messages.copy_bytes_per_s);
-        let work = outgoing.make + count * messages.send + copy;
+        let (count, bytes) = (outgoing.message.count(), outgoing.message.bytes());
+        let work = outgoing.make + messages.of_sending(count, bytes);
         self.tally.sending += work;
         self.take_step(Step::Sending(outgoing), work);
     }
@@ -247,7 +246,7 @@ impl Simulation<'_> {
             Heard::Answers { scenarios, .. } => scenarios.len(),
         };
         let work =
-            messages.of_receiving(reply_bytes(results)) + results as Time * messages.delivery;
+            messages.of_receiving(1, reply_bytes(results)) + results as Time * messages.delivery;
         self.tally.receiving += work;
         self.take_step(Step::Receiving(heard), work);
     }
@@ -266,6 +265,7 @@ impl Simulation<'_> {
                     }
                     state.end_task(task).expect("all its scenarios are answered");
                 });
+                (self.progress)(scenarios.len());
                 scenarios.into_iter().for_each(|scenario| self.results.insert(scenario, ()));
             }
         }
