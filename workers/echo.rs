@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::WorkerError;
-use super::clock::machine_ns;
+use super::clock::{machine_ns, thread_ns};
 use crate::transport::{GeometryInPlace, TransportError, WorkerEnd};
 use crate::wire::WireError;
 
@@ -17,7 +17,9 @@ pub struct Ping {
     pub bytes: u64,
     pub mesh: u32,
     /// 1: it lies in memory in common.
-    pub is_in_place: u32,
+    pub is_in_place: u16,
+    /// 1: another follows at once, and only the last is acknowledged.
+    pub has_more: u16,
 }
 
 /// Got it.
@@ -26,9 +28,17 @@ pub struct Ping {
 pub struct Pong {
     /// When its first and its last bytes had been read, by [`machine_ns`].
     pub got_ns: u64,
+    /// Of the worker's processor up to then.
+    pub thread_ns: u64,
 }
 
-const _: () = assert!(size_of::<Ping>() == 32 && size_of::<Pong>() == 8);
+impl Pong {
+    fn now() -> Self {
+        Self { got_ns: machine_ns(), thread_ns: thread_ns() }
+    }
+}
+
+const _: () = assert!(size_of::<Ping>() == 32 && size_of::<Pong>() == 16);
 
 /// Where what is handed over in place is found.
 pub trait Find<W> {
@@ -63,7 +73,7 @@ pub fn serve<W: WorkerEnd>(
     core: usize,
 ) -> Result<(), WorkerError> {
     pin(core);
-    transport.send(&[bytemuck::bytes_of(&Pong { got_ns: machine_ns() })])?;
+    transport.send(&[bytemuck::bytes_of(&Pong::now())])?;
     loop {
         let message = transport.receive()?;
         if message.is_empty() {
@@ -76,12 +86,14 @@ pub fn serve<W: WorkerEnd>(
         let ping: Ping = bytemuck::pod_read_unaligned(header);
         let got = if ping.is_in_place == 1 { place.find(transport, ping.mesh)? } else { body };
         let ends = ends(got);
-        let pong = Pong { got_ns: machine_ns() };
+        let pong = Pong::now();
         if got.len() as u64 != ping.bytes || ends != ping.ends {
             let described = ping.bytes as usize;
             return Err(WireError::Length { found: got.len(), described }.into());
         }
-        transport.send(&[bytemuck::bytes_of(&pong)])?;
+        if ping.has_more == 0 {
+            transport.send(&[bytemuck::bytes_of(&pong)])?;
+        }
     }
 }
 

@@ -16,8 +16,9 @@ use super::{interrupt, request, terminal};
 use crate::experiment::cluster::config::{AnalysisCost, Config};
 use crate::experiment::cluster::record::{self, RecordError};
 use crate::experiment::cluster::recording::{Recording, RecordingError, Subject};
+use crate::experiment::cluster::sweep::{self, Progress};
 use crate::experiment::cluster::validate::{self, ValidateError, Validated};
-use crate::experiment::cluster::{figures, saturations, sweep, tables};
+use crate::experiment::cluster::{figures, line, saturations, tables};
 use crate::experiment::latency::LatencyError;
 use crate::experiment::throughput::{self, ThroughputError};
 use crate::geometry::Pose;
@@ -42,11 +43,16 @@ pub(super) fn run(args: &ClusterArgs) -> Result<(), Failure> {
     let recording = recording(&subject, &config, args, &interrupt)?;
     let validated =
         if args.validate { subject.validate(&config, &recording, &interrupt)? } else { Vec::new() };
-    let bar = terminal::scenario_bar("simulating", sweep::count(&config));
-    let simulated = sweep::run(&config, &recording, &|| bar.inc(1), &interrupt);
+    let bar = terminal::scenario_bar("simulating", sweep::scenarios(&config));
+    let progress = |progress: Progress<'_>| match progress {
+        Progress::Answered(scenarios) => bar.inc(scenarios as u64),
+        Progress::Finished(run) => terminal::tell(&line(&config, run)),
+    };
+    let simulated = sweep::run(&config, &recording, &progress, &interrupt);
     bar.finish_and_clear();
     let simulated = simulated.ok_or_else(interrupt::before_results)?;
     let mut tables = tables(&config, &simulated);
+    tables.extend(output::messages_table(&validated));
     tables.extend(output::validation_table(&validated));
     let report = ClusterReport::new(
         &config.name,

@@ -40,6 +40,11 @@ pub(super) fn activity(what: &'static str) -> ProgressBar {
     bar
 }
 
+/// A line on stderr, above the bars.
+pub(super) fn tell(line: &str) {
+    BARS.suspend(|| eprintln!("{line}"));
+}
+
 /// Sends warnings and errors of the library to stderr, above the bars.
 pub(super) fn log_to_stderr() -> Result<(), Failure> {
     let subscriber = tracing_subscriber::fmt()

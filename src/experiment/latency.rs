@@ -5,6 +5,8 @@
 //! carries all of it. Either way the time ends when the worker has read its first and its last eight
 //! bytes.
 
+pub mod stream;
+
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -159,6 +161,7 @@ impl Run<'_> {
             bytes: bytes as u64,
             mesh,
             is_in_place: is_in_place.into(),
+            has_more: 0,
         };
         let body = if is_in_place { &[] } else { payload };
         for _ in 0..WARM_UP {
@@ -208,13 +211,13 @@ impl<T: MasterEnd, W: Worker> Pair<T, W> {
     fn hand_over(&mut self, ping: &Ping, body: &[u8]) -> Result<(u64, u64), LatencyError> {
         let sent = machine_ns();
         self.end.send(WORKER, &[bytemuck::bytes_of(ping), body])?;
-        let got_ns = self.acknowledged()?;
+        let got_ns = self.acknowledged()?.got_ns;
         let back = machine_ns();
         Ok((got_ns.saturating_sub(sent), back - sent))
     }
 
-    /// When the worker had got what it was handed.
-    fn acknowledged(&mut self) -> Result<u64, LatencyError> {
+    /// Of what the worker was handed, and is to acknowledge.
+    fn acknowledged(&mut self) -> Result<Pong, LatencyError> {
         const LIMIT: Duration = Duration::from_millis(100);
         loop {
             let mut pong = None;
@@ -223,7 +226,7 @@ impl<T: MasterEnd, W: Worker> Pair<T, W> {
                 pong = Some(parsed.map_err(|_| LatencyError::Acknowledgement(message.len())));
             })?;
             if let Some(pong) = pong {
-                return Ok(pong?.got_ns);
+                return pong;
             }
             if let Some(how) = self.worker.ended()? {
                 return Err(LatencyError::WorkerEnded { how, words: self.worker.last_words() });

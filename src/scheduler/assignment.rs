@@ -2,9 +2,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::local_client::{Analysis, Indicators, LocalClient, NewTask, SubtreeBytes};
-use super::matchmaker::{Candidate, Matchmaker};
+use super::indicator::TreeIndicator;
+use super::local_client::{Analysis, LocalClient, NewTask, SubtreeBytes};
+use super::matchmaker::{Choice, Matchmaker};
 use super::node::Nodes;
+use super::takers::{Standing, Takers, Unclaimed};
 
 /// How far scenarios are given away beyond the first that has not been answered, in full buffers
 /// for each client. Results wait in memory for all before them, so a client that is stuck must not
@@ -25,7 +27,9 @@ pub struct BufferLimits {
 
 #[derive(Debug)]
 pub struct Assignment {
-    pub clients: Vec<LocalClient>,
+    clients: Vec<LocalClient>,
+    /// Those of them that take scenarios.
+    unclaimed: Unclaimed,
     /// Where the geometry is that they were given.
     pub nodes: Nodes,
     matchmaker: Matchmaker,
@@ -46,8 +50,8 @@ pub struct Assignment {
     /// Clients that died at this scenario.
     deaths: BTreeMap<u32, u32>,
     next_task: u64,
-    /// Clients with something in their buffers.
-    buffering: BTreeSet<usize>,
+    /// Nodes whose next task brings V bytes or more.
+    heavy: BTreeSet<usize>,
     /// Scenarios in all buffers together.
     buffered: usize,
     /// Clients that are alive.
@@ -65,8 +69,10 @@ impl Assignment {
     ) -> Self {
         let buffers_ahead = BUFFERS_AHEAD.saturating_mul(clients.len() as u32);
         let alive = clients.iter().filter(|client| client.is_alive()).count();
-        Self {
+        let unclaimed = Unclaimed::new(clients.len(), nodes.count());
+        let mut assignment = Self {
             clients,
+            unclaimed,
             nodes,
             matchmaker,
             limits,
@@ -79,10 +85,34 @@ impl Assignment {
             deferred: BTreeSet::new(),
             deaths: BTreeMap::new(),
             next_task: 0,
-            buffering: BTreeSet::new(),
+            heavy: BTreeSet::new(),
             buffered: 0,
             alive,
-        }
+        };
+        (0..assignment.clients.len()).for_each(|client| assignment.file(client));
+        assignment
+    }
+
+    pub fn clients(&self) -> &[LocalClient] {
+        &self.clients
+    }
+
+    pub fn into_clients(self) -> (Vec<LocalClient>, Nodes) {
+        (self.clients, self.nodes)
+    }
+
+    /// Whatever happens to a client goes through here, or who is unclaimed would not be known.
+    pub fn change<R>(&mut self, client: usize, change: impl FnOnce(&mut LocalClient) -> R) -> R {
+        let outcome = change(&mut self.clients[client]);
+        self.file(client);
+        outcome
+    }
+
+    fn file(&mut self, client: usize) {
+        let state = &self.clients[client];
+        let standing = || Standing { tasks: state.tasks(), load: state.buffered() };
+        let standing = (!state.is_claimed()).then(standing);
+        self.unclaimed.file(client, self.nodes.of(client), standing);
     }
 
     /// The scenario to be assigned next: the first of all, because results are delivered in order.
@@ -107,7 +137,8 @@ impl Assignment {
     /// Whether a scenario's geometry matters to the choice of its client: there is a choice, and
     /// the rule looks at it.
     pub fn wants_scores(&self) -> bool {
-        self.matchmaker.rule().needs_scores() && self.candidates().count() > 1
+        self.matchmaker.rule().needs_scores()
+            && self.unclaimed.takers().map_or(0, Takers::count) > 1
     }
 
     pub fn is_anyone_alive(&self) -> bool {
@@ -116,67 +147,55 @@ impl Assignment {
 
     /// Whether somebody takes a scenario now.
     pub fn can_assign(&self) -> bool {
-        self.candidates().next().is_some()
+        self.unclaimed.takers().is_some()
     }
 
-    /// Buffers the scenario, which is the next, with the candidate that the matchmaker picks; with
-    /// none there is nobody who takes it.
-    pub fn assign(&mut self, scenario: u32, analysis: Analysis) -> Option<usize> {
+    /// Buffers the scenario, which is the next, with the client that the matchmaker picks; with no
+    /// takers there is nobody.
+    pub fn assign(&mut self, scenario: u32, analysis: Analysis) -> Option<Choice> {
         let Analysis { indicators, root_pairs } = analysis;
-        let candidates = self.scored(&indicators);
-        let chosen = self.matchmaker.pick(&candidates)?;
-        self.clients[chosen].push(scenario, root_pairs);
+        let takers = self.unclaimed.takers()?;
+        let highest = indicators.iter().map(TreeIndicator::triangles).sum();
+        let score = |client: usize| self.nodes.of_client(client).score(&indicators);
+        let choice = self.matchmaker.pick(takers, highest, score)?;
+        let chosen = choice.client;
+        self.change(chosen, |client| client.push(scenario, root_pairs));
         self.nodes.of_client_mut(chosen).give(&indicators, &self.subtree_bytes);
-        self.buffering.insert(chosen);
+        self.weigh(self.nodes.of(chosen));
         self.buffered += 1;
         if !(self.returned.remove(&scenario) || self.deferred.remove(&scenario)) {
             self.next = scenario + 1;
         }
-        Some(chosen)
+        Some(choice)
     }
 
-    /// Clients of one node score alike: the choice is of the node, and in it of the emptiest buffer.
-    fn scored(&self, indicators: &Indicators) -> Vec<Candidate> {
-        let mut scores = vec![None; self.nodes.count()];
-        let scored = |(client, state): (usize, &LocalClient)| {
-            let score = scores[self.nodes.of(client)]
-                .get_or_insert_with(|| self.nodes.of_client(client).score(indicators));
-            Candidate { client, score: *score, load: state.buffered() }
-        };
-        self.candidates().map(scored).collect()
+    fn weigh(&mut self, node: usize) {
+        if self.nodes.all()[node].added_bytes() >= self.limits.bytes {
+            self.heavy.insert(node);
+        } else {
+            self.heavy.remove(&node);
+        }
     }
 
     /// Turns a buffer that is full, or that nothing more comes for now, into a task of its client.
     pub fn take_task(&mut self) -> Option<(usize, NewTask)> {
-        let full = self.full_buffer();
         // What is suspicious does not go with the others.
         let is_last = self.next_scenario().is_none_or(|next| self.deferred.contains(&next));
-        let is_due = |&&client: &&usize| {
-            let state = &self.clients[client];
-            let is_full = || {
-                state.buffered() >= full
-                    || self.nodes.of_client(client).added_bytes() >= self.limits.bytes
-            };
-            state.has_room_for_task() && (is_last || is_full())
-        };
-        let client = *self.buffering.iter().find(is_due)?;
+        let full = if is_last { 1 } else { self.full_buffer() };
+        let heavy = self.heavy.iter().filter_map(|&node| self.unclaimed.first_of(node));
+        let client = heavy.chain(self.unclaimed.first_with(full)).min()?;
         let number = self.next_task;
         self.next_task += 1;
-        self.empty_buffer(client);
-        let batch = self.clients[client].begin_task(number);
+        self.buffered -= self.clients[client].buffered();
+        let batch = self.change(client, |state| state.begin_task(number));
         let subtrees = self.nodes.of_client_mut(client).take_added();
+        self.weigh(self.nodes.of(client));
         Some((client, NewTask { number, batch, subtrees }))
-    }
-
-    fn empty_buffer(&mut self, client: usize) {
-        if self.buffering.remove(&client) {
-            self.buffered -= self.clients[client].buffered();
-        }
     }
 
     /// Another worker is started in the place of a dead one.
     pub fn restart(&mut self, client: usize) {
-        self.clients[client].restart();
+        self.change(client, LocalClient::restart);
         self.alive += 1;
     }
 
@@ -186,9 +205,10 @@ impl Assignment {
     pub fn client_died(&mut self, client: usize, at: Option<u32>) -> Option<u32> {
         let mut set_aside = None;
         self.alive -= usize::from(self.clients[client].is_alive());
-        self.empty_buffer(client);
+        self.buffered -= self.clients[client].buffered();
         self.nodes.client_died(client);
-        for scenario in self.clients[client].die() {
+        self.weigh(self.nodes.of(client));
+        for scenario in self.change(client, LocalClient::die) {
             let deaths = self.deaths.entry(scenario).or_default();
             *deaths += u32::from(at == Some(scenario));
             match *deaths {
@@ -198,14 +218,6 @@ impl Assignment {
             }
         }
         set_aside
-    }
-
-    /// Who takes a scenario: the unclaimed clients with the fewest tasks. Who has nothing to do
-    /// comes before those whose next task would have to wait.
-    fn candidates(&self) -> impl Iterator<Item = (usize, &LocalClient)> {
-        let unclaimed = || self.clients.iter().enumerate().filter(|(_, c)| !c.is_claimed());
-        let fewest = unclaimed().map(|(_, client)| client.tasks()).min();
-        unclaimed().filter(move |(_, client)| Some(client.tasks()) == fewest)
     }
 
     /// q, but less towards the end: with that few left, full buffers would leave some workers with
@@ -220,5 +232,7 @@ impl Assignment {
     }
 }
 
+#[cfg(test)]
+mod choices;
 #[cfg(test)]
 mod tests;

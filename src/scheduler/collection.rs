@@ -1,7 +1,7 @@
 //! Takes replies apart, checks them against what was asked, and puts results in order.
 
 use super::assignment::Assignment;
-use super::local_client::Unexpected;
+use super::local_client::{LocalClient, Unexpected};
 use super::result_order::ResultOrder;
 use crate::effects::contacts::pairs_fnv1a64;
 use crate::effects::layout::{Layout, NotLaidOut};
@@ -122,7 +122,7 @@ impl Collection {
     ) -> Result<Said, BadReply> {
         match Reply::parse(message)? {
             Reply::Ready => {
-                assignment.clients[client].ready()?;
+                assignment.change(client, LocalClient::ready)?;
                 Ok(Said::Ready)
             }
             // Other trees are those of an earlier run.
@@ -130,7 +130,7 @@ impl Collection {
                 match self.trees.iter().any(|known| known.number == tree && known.hash != hash) {
                     true => Err(BadReply::Tree(tree)),
                     false => {
-                        assignment.clients[client].took_tree();
+                        assignment.change(client, LocalClient::took_tree);
                         Ok(Said::Tree)
                     }
                 }
@@ -148,7 +148,7 @@ impl Collection {
                     words = rest;
                 }
                 if last {
-                    assignment.clients[client].end_task(task)?;
+                    assignment.change(client, |state| state.end_task(task))?;
                 }
                 Ok(Said::Answers { task })
             }
@@ -192,7 +192,7 @@ impl Collection {
         assignment: &mut Assignment,
     ) -> Result<(), BadReply> {
         let scenario = record.scenario;
-        assignment.clients[client].expects(task, scenario)?;
+        assignment.clients()[client].expects(task, scenario)?;
         if cost.is_some() != self.wanted.costs {
             return Err(BadReply::Cost(scenario));
         }
@@ -212,7 +212,7 @@ impl Collection {
                 Outcome::Overflow { triangle, corner }
             }
         };
-        assignment.clients[client].answered(task, scenario)?;
+        assignment.change(client, |state| state.answered(task, scenario))?;
         self.order.insert(scenario, outcome);
         Ok(())
     }

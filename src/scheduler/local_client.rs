@@ -169,8 +169,9 @@ impl LocalClient {
     }
 
     /// Whether the scenario belongs to the task at hand and has no answer yet.
-    pub fn expects(&mut self, task: u64, scenario: u32) -> Result<(), Unexpected> {
-        match self.current(task)?.unanswered.binary_search(&scenario) {
+    pub fn expects(&self, task: u64, scenario: u32) -> Result<(), Unexpected> {
+        let current = self.tasks.front().filter(|current| current.number == task);
+        match current.ok_or_else(|| self.not_at(task))?.unanswered.binary_search(&scenario) {
             Ok(_) => Ok(()),
             Err(_) => Err(Unexpected::Scenario(scenario)),
         }
@@ -216,11 +217,12 @@ impl LocalClient {
     }
 
     fn current(&mut self, task: u64) -> Result<&mut Task, Unexpected> {
-        let expected = self.tasks.front().map(|current| current.number);
-        match self.tasks.front_mut() {
-            Some(current) if current.number == task => Ok(current),
-            _ => Err(Unexpected::Task { found: task, expected }),
-        }
+        let wrong = self.not_at(task);
+        self.tasks.front_mut().filter(|current| current.number == task).ok_or(wrong)
+    }
+
+    fn not_at(&self, task: u64) -> Unexpected {
+        Unexpected::Task { found: task, expected: self.tasks.front().map(|task| task.number) }
     }
 }
 

@@ -7,6 +7,7 @@
 //! | [`jobs_submitter`] | pre-analysis: a pose becomes two indicators |
 //! | [`indicator`] | bounding volume vectors of scenarios and clients |
 //! | [`node`] | memory of one worker, or of all workers of a machine, and what is in it |
+//! | [`takers`] | clients that take scenarios, so filed that thousands cost little |
 //! | [`matchmaker`] | picks a client for a scenario |
 //! | [`local_client`] | what one worker was given and has not answered |
 //! | [`sources`] | where a worker gets a subtree that it lacks |
@@ -29,5 +30,6 @@ pub mod node;
 pub mod ranks;
 pub mod result_order;
 pub mod sources;
+pub mod takers;
 mod worker_process;
 mod worker_thread;

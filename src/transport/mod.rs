@@ -14,7 +14,9 @@
 //!    mesh was [withdrawn](SharedGeometry::withdraw) or the master is gone. The memory of a
 //!    withdrawn mesh is given back when no worker has a handle.
 //! 3. Messages to one worker arrive at that worker alone, each once, whole and in order; so do
-//!    messages from a worker. Their first byte lies on a multiple of 8 bytes.
+//!    messages from a worker. Their first byte lies on a multiple of 8 bytes. What is
+//!    [sent ahead](MasterEnd::send_ahead) may wait for what follows, up to the next
+//!    [`MasterEnd::wait`].
 //! 4. The master may send once the worker's first message has arrived, and never waits for a
 //!    worker. In [`shared_memory`] up to [`QUEUED_JOBS`] messages can be ahead of the worker, and
 //!    one more is an error; elsewhere any number, which wait in the master's memory.
@@ -122,6 +124,12 @@ pub trait MasterEnd {
 
     /// Sends the parts as one message.
     fn send(&mut self, worker: WorkerId, parts: &[&[u8]]) -> Result<(), TransportError>;
+
+    /// As [`send`](Self::send), of a message that others to the worker follow at once: it may wait for
+    /// these, so as to go with them, but not beyond the next [`wait`](Self::wait).
+    fn send_ahead(&mut self, worker: WorkerId, parts: &[&[u8]]) -> Result<(), TransportError> {
+        self.send(worker, parts)
+    }
 
     fn wait(&mut self, watched: &[BorrowedFd<'_>], limit: Duration) -> Result<(), TransportError>;
 

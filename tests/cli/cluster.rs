@@ -135,7 +135,8 @@ fn shared_memory_in_a_node_and_compression_send_less() {
 #[test]
 fn slowed_scenarios_take_longer_and_cost_the_master_nothing() {
     let place = Place::new();
-    let (config, kept) = (small(&place, "[scale]\n"), place.text("kept.json"));
+    let (config, kept) =
+        (small(&place, "[scale]\nanalysis = \"unscaled\"\n"), place.text("kept.json"));
     let plain = fs::read_to_string(&config).unwrap();
     let slowed = place.write("slowed.toml", &(plain + "slowdown = 50.0\n"));
     let sample = |config: &str| {

@@ -108,6 +108,7 @@ macro_rules! of_every_transport {
         conformance! { $transport:
             messages:
                 promise_3_messages_arrive_once_whole_in_order_and_at_one_worker
+                promise_3_what_is_sent_ahead_arrives_in_order_and_without_what_follows
                 promise_3_a_flood_of_replies_loses_none
                 promise_3_long_messages_arrive_whole
                 promise_4_messages_ahead_of_a_worker_arrive_or_are_refused_and_nobody_waits

@@ -28,6 +28,25 @@ pub fn promise_3_messages_arrive_once_whole_in_order_and_at_one_worker<T: Transp
     running.into_iter().for_each(|running| running.finish());
 }
 
+pub fn promise_3_what_is_sent_ahead_arrives_in_order_and_without_what_follows<T: Transport>() {
+    let mut scene = Scene::<T>::new();
+    let running = scene.start_and_meet(0, Role::Echo);
+    for round in 0..50_usize {
+        let messages = [1, 5, 9].map(|length| bytes(length + round));
+        let [first, second, last] = &messages;
+        scene.master().send_ahead(worker(0), &[first]).unwrap();
+        scene.master().send_ahead(worker(0), &[second]).unwrap();
+        if round % 2 == 0 {
+            scene.master().send(worker(0), &[last]).unwrap();
+            assert!(scene.collect(0, 3) == messages, "round {round}");
+        } else {
+            assert!(scene.collect(0, 2) == messages[..2], "round {round}");
+        }
+    }
+    scene.master().send(worker(0), &[]).unwrap();
+    running.finish();
+}
+
 pub fn promise_3_a_flood_of_replies_loses_none<T: Transport>() {
     let mut scene = Scene::<T>::new();
     let running = scene.start(2, Role::Flood);

@@ -128,11 +128,43 @@ fn aligned(table: &Table) -> String {
     lines().map(line).collect()
 }
 
+/// What messages were found to cost; none if nothing was validated.
+pub fn messages_table(validated: &[Validated]) -> Option<Table> {
+    let columns = [
+        "transport",
+        "send, us",
+        "wake up, us",
+        "receive, us",
+        "gathered, us",
+        "copying, MB/s",
+        "scoring a root, ns",
+    ];
+    let row = |row: &Validated| {
+        let messages = &row.messages;
+        let us = |ns: u64| format!("{:.3}", 1e-3 * ns as f64);
+        vec![
+            row.transport.name().to_owned(),
+            us(messages.send),
+            us(messages.wake_up),
+            us(messages.receive),
+            us(messages.gathered),
+            format!("{:.0}", 1e-6 * messages.copy_bytes_per_s),
+            format!("{:.2}", messages.score_root),
+        ]
+    };
+    (!validated.is_empty()).then(|| Table {
+        title: "messages on this machine".to_owned(),
+        columns: columns.map(str::to_owned).to_vec(),
+        rows: validated.iter().map(row).collect(),
+    })
+}
+
 /// None if nothing was validated.
 pub fn validation_table(validated: &[Validated]) -> Option<Table> {
     let columns = [
         "transport",
         "workers",
+        "serial, s",
         "simulated, s",
         "best measured, s",
         "median, s",
@@ -143,6 +175,7 @@ pub fn validation_table(validated: &[Validated]) -> Option<Table> {
         vec![
             row.transport.name().to_owned(),
             row.workers.to_string(),
+            format!("{:.4}", row.serial_s),
             format!("{:.4}", row.simulated_s),
             format!("{:.4}", row.best_s),
             format!("{:.4}", row.median_s),

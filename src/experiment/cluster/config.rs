@@ -39,7 +39,7 @@ pub struct Scale {
     /// Seconds on a core of speed 1 up to the end of each of as many equal parts of the recorded
     /// scenarios, one after the other. Empty: as recorded.
     pub serial_s: Vec<f64>,
-    /// Each scenario takes a worker so many times as long after that, and nothing else does. Absent: 1.
+    /// Recorded scenarios take so many times as long, after that. Absent: 1.
     pub slowdown: Option<f64>,
     /// Bytes of each tree as it is sent. Absent: as recorded.
     pub tree_bytes: Option<[f64; 2]>,
@@ -60,6 +60,8 @@ pub enum AnalysisCost {
     /// As measured, scaled as scenarios are.
     #[default]
     Measured,
+    /// As measured: where scenarios take longer by what workers alone do.
+    Unscaled,
     /// As many tests of boxes at the cost of one in the serial descent.
     BoxTests,
 }

@@ -96,6 +96,8 @@ impl Link {
 pub struct MessageCosts {
     pub send: Time,
     pub receive: Time,
+    /// Instead of `send` and `receive`, of each message that goes together with one before it.
+    pub gathered: Time,
     /// Of the bytes of a message, by who sends it and by who receives it.
     pub copy_bytes_per_s: f64,
     /// Until a process that waits has woken up, in which nobody works.
@@ -107,12 +109,17 @@ pub struct MessageCosts {
 }
 
 impl MessageCosts {
-    pub fn of_sending(&self, bytes: f64) -> Time {
-        self.send + nanoseconds(bytes / self.copy_bytes_per_s)
+    /// So many messages that go together.
+    pub fn of_sending(&self, count: Time, bytes: f64) -> Time {
+        self.send + self.of_contents(count, bytes)
     }
 
-    pub fn of_receiving(&self, bytes: f64) -> Time {
-        self.receive + nanoseconds(bytes / self.copy_bytes_per_s)
+    pub fn of_receiving(&self, count: Time, bytes: f64) -> Time {
+        self.receive + self.of_contents(count, bytes)
+    }
+
+    fn of_contents(&self, count: Time, bytes: f64) -> Time {
+        count.saturating_sub(1) * self.gathered + nanoseconds(bytes / self.copy_bytes_per_s)
     }
 }
 
@@ -180,6 +187,7 @@ mod tests {
         let messages = MessageCosts {
             send: 0,
             receive: 0,
+            gathered: 0,
             copy_bytes_per_s: f64::INFINITY,
             wake_up: 0,
             score_root: 0.0,

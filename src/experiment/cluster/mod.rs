@@ -18,5 +18,5 @@ pub mod validate;
 
 pub use machine::Copies;
 pub use outcome::{MemoryUse, Outcome, Utilisation};
-pub use presentation::{figures, saturations, tables};
+pub use presentation::{figures, line, saturations, tables};
 pub use saturation::Saturation;

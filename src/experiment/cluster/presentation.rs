@@ -47,6 +47,18 @@ fn series_name(config: &Config, run: &Simulated) -> String {
     }
 }
 
+/// What a run is, and what came of it, in a line.
+pub fn line(config: &Config, run: &Simulated) -> String {
+    let Simulated { workers, scenarios, depths, buffer_scenarios, .. } = run;
+    format!(
+        "simulated: {workers} workers, {scenarios} scenarios, d = {}, q = {buffer_scenarios}, {}: \
+         speedup {:.1}",
+        depths[0],
+        series_name(config, run),
+        run.mean(|outcome| outcome.speedup)
+    )
+}
+
 fn varied(simulated: &[Simulated]) -> Vec<Varied> {
     let mut varied: Vec<_> = simulated.iter().map(|run| run.varied).collect();
     varied.dedup();

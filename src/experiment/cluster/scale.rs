@@ -43,6 +43,7 @@ impl Load {
 
 fn scenarios(recording: &Recording, cut: &CutRecording, scale: &Scale) -> Vec<ScenarioCost> {
     let factors = serial_factors(&recording.serial_ns, &scale.serial_s);
+    let slowdown = scale.slowdown.unwrap_or(1.0);
     let columns = &cut.scenarios;
     let indicators = columns.roots[0].iter().zip(columns.roots[1].iter());
     let indicator = |tree: usize, list: &[u32]| {
@@ -50,16 +51,17 @@ fn scenarios(recording: &Recording, cut: &CutRecording, scale: &Scale) -> Vec<Sc
         TreeIndicator::of(list.iter().map(|&root| (root, triangles[root as usize])))
     };
     let scenario = |(at, (fixed, moving)): (usize, (&[u32], &[u32]))| {
-        let scaled = |ns: f64| (ns * factors[at]).round() as Time;
+        let scaled = |ns: f64| (ns * factors[at] * slowdown).round() as Time;
+        let measured = columns.analysis_ns[at];
         let analysis = match scale.analysis {
-            AnalysisCost::Measured => columns.analysis_ns[at] as f64,
-            AnalysisCost::BoxTests => columns.box_tests[at] as f64 * recording.box_test_ns,
+            AnalysisCost::Measured => scaled(measured as f64),
+            AnalysisCost::Unscaled => measured,
+            AnalysisCost::BoxTests => scaled(columns.box_tests[at] as f64 * recording.box_test_ns),
         };
-        let slowed = |ns: u64| scaled(ns as f64 * scale.slowdown.unwrap_or(1.0));
         ScenarioCost {
-            serial: slowed(recording.serial_ns[at]),
-            below: slowed(columns.below_ns[at]),
-            analysis: scaled(analysis),
+            serial: scaled(recording.serial_ns[at] as f64),
+            below: scaled(columns.below_ns[at] as f64),
+            analysis,
             indicators: [indicator(0, fixed), indicator(1, moving)],
             roots: (fixed.len() + moving.len()) as u32,
             root_pairs: columns.root_pairs[at],

@@ -40,9 +40,16 @@ pub struct Policy {
     pub buffer: BufferLimits,
 }
 
-/// Simulates the first so many scenarios of the load, at least one.
-pub fn simulate(load: &Load, cluster: &Cluster, policy: &Policy, scenarios: u32) -> Outcome {
-    let mut simulation = Simulation::new(load, cluster, policy, scenarios);
+/// Simulates the first so many scenarios of the load, at least one. `progress` is told how many have
+/// been answered since it was last told.
+pub fn simulate(
+    load: &Load,
+    cluster: &Cluster,
+    policy: &Policy,
+    scenarios: u32,
+    progress: &dyn Fn(usize),
+) -> Outcome {
+    let mut simulation = Simulation::new(load, cluster, policy, scenarios, progress);
     simulation.run();
     simulation.outcome()
 }
@@ -77,6 +84,7 @@ struct Simulation<'a> {
     load: &'a Load,
     cluster: &'a Cluster,
     scenarios: u32,
+    progress: &'a dyn Fn(usize),
     events: Events<Event>,
     assignment: Assignment,
     results: ResultOrder<()>,
@@ -105,7 +113,13 @@ struct NodeState {
 }
 
 impl<'a> Simulation<'a> {
-    fn new(load: &'a Load, cluster: &'a Cluster, policy: &Policy, scenarios: u32) -> Self {
+    fn new(
+        load: &'a Load,
+        cluster: &'a Cluster,
+        policy: &Policy,
+        scenarios: u32,
+        progress: &'a dyn Fn(usize),
+    ) -> Self {
         let of = cluster.worker_nodes();
         let computers = cluster.computers();
         let client = |_: &usize| LocalClient::with_most_tasks(policy.most_tasks);
@@ -141,6 +155,7 @@ impl<'a> Simulation<'a> {
             load,
             cluster,
             scenarios,
+            progress,
             events: Events::default(),
             assignment,
             results: ResultOrder::default(),

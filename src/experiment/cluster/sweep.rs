@@ -65,9 +65,15 @@ impl Simulated {
     }
 }
 
-#[derive(Clone)]
-struct Task {
-    varied: Varied,
+/// How far simulating is.
+pub enum Progress<'a> {
+    /// So many more scenarios are answered.
+    Answered(usize),
+    Finished(&'a Simulated),
+}
+
+#[derive(Clone, PartialEq)]
+struct Run {
     point: Point,
     rule: MatchRule,
     copies: Copies,
@@ -75,18 +81,17 @@ struct Task {
     from: SubtreesFrom,
 }
 
-/// How many runs there are in all.
-pub fn count(config: &Config) -> usize {
-    let samples = |task: &Task| seeds(config, task.rule).count();
-    tasks(config).iter().map(samples).sum()
+/// How many scenarios are simulated in all.
+pub fn scenarios(config: &Config) -> usize {
+    let of_run = |run: &Run| seeds(config, run.rule).count() * run.point.scenarios.get() as usize;
+    distinct(&runs(config)).iter().map(of_run).sum()
 }
 
 /// Simulates all of them; `None` if interrupted. The recording has every cut of the configuration.
-/// `progress` is told of each run.
 pub fn run(
     config: &Config,
     recording: &Recording,
-    progress: &(dyn Fn() + Sync),
+    progress: &(dyn Fn(Progress<'_>) + Sync),
     interrupt: &AtomicBool,
 ) -> Option<Vec<Simulated>> {
     let load = |depths: [u32; 2]| {
@@ -96,28 +101,36 @@ pub fn run(
     };
     let loads: BTreeMap<_, Vec<_>> = config.cuts().into_iter().map(load).collect();
     let score_root = config.scale.score_root_ns.unwrap_or(recording.score_root_ns);
-    let simulated = tasks(config).into_par_iter().map(|task| {
-        let cluster = cluster(config, &task, score_root);
-        let compressed = config.run.compression.iter().position(|&c| c == task.compression);
-        let load = &loads[&task.point.depths][compressed.expect("it is of the configuration")];
+    let all = runs(config);
+    let distinct = distinct(&all);
+    let outcomes = distinct.par_iter().map(|run| {
+        let cluster = cluster(config, run, score_root);
+        let compressed = config.run.compression.iter().position(|&c| c == run.compression);
+        let load = &loads[&run.point.depths][compressed.expect("it is of the configuration")];
+        let answered = |scenarios| progress(Progress::Answered(scenarios));
         let sample = |seed| {
-            if interrupt.load(Ordering::Relaxed) {
-                return None;
-            }
-            let policy = policy(config, &task, seed);
-            let outcome = simulate(load, &cluster, &policy, task.point.scenarios.get());
-            progress();
-            Some(outcome)
+            let policy = policy(config, run, seed);
+            let is_interrupted = interrupt.load(Ordering::Relaxed);
+            let simulated =
+                || simulate(load, &cluster, &policy, run.point.scenarios.get(), &answered);
+            (!is_interrupted).then(simulated)
         };
-        let samples = seeds(config, task.rule).map(sample).collect::<Option<Vec<_>>>()?;
-        Some(described(task, &cluster, samples))
+        let samples = seeds(config, run.rule).map(sample).collect::<Option<Vec<_>>>()?;
+        progress(Progress::Finished(&described(config, Varied::Nothing, run, samples.clone())));
+        Some(samples)
     });
-    simulated.collect()
+    let outcomes: Vec<_> = outcomes.collect::<Option<_>>()?;
+    let simulated = all.iter().map(|(varied, run)| {
+        let at = distinct.iter().position(|other| other == run).expect("it is one of them");
+        described(config, *varied, run, outcomes[at].clone())
+    });
+    Some(simulated.collect())
 }
 
-fn described(task: Task, cluster: &Cluster, samples: Vec<Outcome>) -> Simulated {
-    let Task { varied, point, rule, copies, compression, from } = task;
+fn described(config: &Config, varied: Varied, run: &Run, samples: Vec<Outcome>) -> Simulated {
+    let Run { point, rule, copies, compression, from } = run.clone();
     let Point { scenarios, depths, buffer, nodes } = point;
+    let cluster = cluster(config, run, 0.0);
     let x = match varied {
         Varied::Nothing | Varied::Scenarios => f64::from(scenarios.get()),
         Varied::Depth => f64::from(depths[0]),
@@ -140,24 +153,24 @@ fn described(task: Task, cluster: &Cluster, samples: Vec<Outcome>) -> Simulated 
     }
 }
 
-fn cluster(config: &Config, task: &Task, score_root: f64) -> Cluster {
+fn cluster(config: &Config, run: &Run, score_root: f64) -> Cluster {
     Cluster {
-        nodes: config.nodes(&task.point.nodes),
+        nodes: config.nodes(&run.point.nodes),
         master: config.master,
         link: config.link,
         messages: MessageCosts { score_root, ..config.messages },
-        copies: task.copies,
+        copies: run.copies,
         memory: config.memory,
     }
 }
 
-fn policy(config: &Config, task: &Task, seed: u64) -> Policy {
-    let (scenarios, bytes) = (task.point.buffer.get(), config.run.buffer_bytes);
+fn policy(config: &Config, run: &Run, seed: u64) -> Policy {
+    let (scenarios, bytes) = (run.point.buffer.get(), config.run.buffer_bytes);
     let most_tasks = config.run.most_tasks;
     Policy {
-        rule: task.rule,
+        rule: run.rule,
         most_tasks,
-        from: task.from,
+        from: run.from,
         seed,
         buffer: BufferLimits { scenarios, bytes },
     }
@@ -168,21 +181,32 @@ fn seeds(config: &Config, rule: MatchRule) -> impl Iterator<Item = u64> + use<> 
     first..first + if rule == MatchRule::Random { samples } else { 1 }
 }
 
-fn tasks(config: &Config) -> Vec<Task> {
-    let mut tasks = Vec::new();
+fn runs(config: &Config) -> Vec<(Varied, Run)> {
+    let mut runs = Vec::new();
     for (varied, point) in points(config) {
         for &copies in &config.run.copies {
             for &compression in &config.run.compression {
                 for &from in &config.run.subtrees_from {
-                    tasks.extend(config.run.matchmakers.iter().map(|&rule| {
+                    runs.extend(config.run.matchmakers.iter().map(|&rule| {
                         let point = point.clone();
-                        Task { varied, point, rule, copies, compression, from }
+                        (varied, Run { point, rule, copies, compression, from })
                     }));
                 }
             }
         }
     }
-    tasks
+    runs
+}
+
+/// Sweeps have the run in common that is as configured.
+fn distinct(runs: &[(Varied, Run)]) -> Vec<Run> {
+    let mut distinct: Vec<Run> = Vec::new();
+    for (_, run) in runs {
+        if !distinct.contains(run) {
+            distinct.push(run.clone());
+        }
+    }
+    distinct
 }
 
 fn points(config: &Config) -> Vec<(Varied, Point)> {

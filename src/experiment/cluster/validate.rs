@@ -1,6 +1,6 @@
 //! The simulation against the engine: the same scene over the same number of workers of this machine.
 
-use std::path::PathBuf;
+use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
@@ -12,7 +12,7 @@ use super::load::Load;
 use super::machine::{Cluster, Copies, MessageCosts};
 use super::recording::Recording;
 use super::simulation::{Policy, simulate};
-use crate::experiment::latency::{self, LatencyError, LatencyOptions, LatencyRow};
+use crate::experiment::latency::{self, LatencyError, LatencyOptions, LatencyRow, stream};
 use crate::experiment::throughput::{self, ThroughputError};
 use crate::scene::{Compression, SubtreesFrom, Transport};
 use crate::scheduler::assignment::BufferLimits;
@@ -23,10 +23,9 @@ use crate::transport::WakeUp;
 const TRANSPORTS: [Transport; 2] = [Transport::Pipe, Transport::Iceoryx2];
 /// Times each transport is measured, in turn with the other.
 const ROUNDS: usize = 5;
-/// By whose hand-over messages are calibrated, in bytes.
+/// Bytes of a message that is as good as empty.
 const SMALL: usize = 64;
-const LARGE: usize = 1 << 20;
-/// Of measuring each hand-over.
+/// Of measuring each hand-over, and each stream.
 const HAND_OVER_TIME: Duration = Duration::from_millis(300);
 
 /// One transport, simulated and measured. Times in seconds: first task sent to last answer received.
@@ -34,6 +33,9 @@ const HAND_OVER_TIME: Duration = Duration::from_millis(300);
 pub struct Validated {
     pub transport: Transport,
     pub workers: usize,
+    /// The least of one thread without an engine, measured in turn: more than was recorded tells of a
+    /// machine that has other things to do.
+    pub serial_s: f64,
     pub simulated_s: f64,
     /// The least of several measurements.
     pub best_s: f64,
@@ -61,27 +63,30 @@ pub fn validate(
 ) -> Result<Vec<Validated>, ValidateError> {
     let workers = cluster(config, Copies::Process, config.messages).workers();
     let mut measured = TRANSPORTS.map(|_| Vec::new());
+    let mut serial_s = [f64::INFINITY; TRANSPORTS.len()];
     let mut messages = Vec::new();
+    let subtree = mean_subtree(config, recording);
     for transport in TRANSPORTS {
-        messages.push(calibrated(transport, recording, load.program.clone(), interrupt)?);
+        messages.push(calibrated(transport, recording, subtree, &load.program, interrupt)?);
     }
     for _ in 0..ROUNDS {
-        for (times, transport) in measured.iter_mut().zip(TRANSPORTS) {
+        for (at, transport) in TRANSPORTS.into_iter().enumerate() {
             let combination = (transport, config.run.matchmakers[0], workers as u32);
-            times.push(
-                throughput::measure(load, combination, Duration::ZERO, interrupt)?.scenarios_s,
-            );
+            let row = throughput::measure(load, combination, Duration::ZERO, interrupt)?;
+            measured[at].push(row.scenarios_s);
+            serial_s[at] = serial_s[at].min(row.over_serial * row.scenarios_s);
         }
     }
-    let rows = TRANSPORTS.into_iter().zip(messages).zip(measured);
+    let rows = TRANSPORTS.into_iter().zip(messages).zip(measured).zip(serial_s);
     Ok(rows
-        .map(|((transport, messages), mut times)| {
+        .map(|(((transport, messages), mut times), serial_s)| {
             times.sort_by(f64::total_cmp);
             let simulated_s = simulated(config, recording, transport, messages);
             let (best_s, median_s) = (times[0], times[times.len() / 2]);
             Validated {
                 transport,
                 workers,
+                serial_s,
                 simulated_s,
                 best_s,
                 median_s,
@@ -91,6 +96,13 @@ pub fn validate(
             }
         })
         .collect())
+}
+
+/// Bytes.
+fn mean_subtree(config: &Config, recording: &Recording) -> usize {
+    let cut = recording.cut(config.run.point.depths).expect("the recording has every cut");
+    let bytes = || cut.subtrees.iter().flat_map(|subtrees| &subtrees.bytes);
+    bytes().sum::<u64>() as usize / bytes().count().max(1)
 }
 
 fn simulated(
@@ -110,7 +122,7 @@ fn simulated(
     let (most_tasks, from, seed) = (OUTSTANDING_TASKS, SubtreesFrom::Master, config.run.match_seed);
     let policy = Policy { rule, most_tasks, from, seed, buffer };
     let cluster = cluster(config, copies, messages);
-    simulate(&load, &cluster, &policy, recording.serial_ns.len() as u32).time_s
+    simulate(&load, &cluster, &policy, recording.serial_ns.len() as u32, &|_| {}).time_s
 }
 
 fn cluster(config: &Config, copies: Copies, messages: MessageCosts) -> Cluster {
@@ -124,41 +136,66 @@ fn cluster(config: &Config, copies: Copies, messages: MessageCosts) -> Cluster {
     }
 }
 
-/// What messages cost, by handing over to a worker that sleeps. A message without contents takes its
-/// sender, waking its receiver, and its receiver a third each; contents are copied twice, into the
-/// stream and out of it.
+/// What messages cost. By handing a short one over to a worker that sleeps: its sender, waking its
+/// receiver, and its receiver a third each. Where subtrees are sent, by streams as well: what goes
+/// together with others, and copying, of which the master's and the worker's part is the mean of both.
 fn calibrated(
     transport: Transport,
     recording: &Recording,
-    program: PathBuf,
+    subtree: usize,
+    program: &Path,
     interrupt: &AtomicBool,
 ) -> Result<MessageCosts, LatencyError> {
+    // On a thread of its own: it is pinned to a core, and whoever it starts would be.
+    let measuring = || -> Result<_, LatencyError> {
+        let third = nanoseconds(one_way_s(transport, program, interrupt)? / 3.0);
+        let (gathered, copy_bytes_per_s) = match transport {
+            Transport::Pipe => in_streams(subtree, program, interrupt)?,
+            _ => (third, f64::INFINITY),
+        };
+        Ok(MessageCosts {
+            send: third,
+            receive: third,
+            gathered,
+            copy_bytes_per_s,
+            wake_up: third,
+            score_root: recording.score_root_ns,
+            delivery: 0,
+        })
+    };
+    let measured = std::thread::scope(|scope| scope.spawn(measuring).join());
+    measured.expect("measuring does not panic")
+}
+
+fn one_way_s(
+    transport: Transport,
+    program: &Path,
+    interrupt: &AtomicBool,
+) -> Result<f64, LatencyError> {
     let options = LatencyOptions {
         transports: vec![transport],
         wake_ups: vec![WakeUp::Block],
-        sizes: vec![SMALL, LARGE],
+        sizes: vec![SMALL],
         time: HAND_OVER_TIME,
-        program,
+        program: program.to_owned(),
     };
-    // On a thread of its own: it is pinned to a core, and whoever it starts would be.
-    let measuring = || -> Result<Vec<f64>, LatencyError> {
-        let mut one_way_s = Vec::new();
-        let mut take = |row: LatencyRow| one_way_s.push(row.one_way.median * 1e-6);
-        latency::measure(&options, interrupt, &mut take)?;
-        Ok(one_way_s)
-    };
-    let measured = std::thread::scope(|scope| scope.spawn(measuring).join());
-    let one_way_s = measured.expect("measuring does not panic")?;
-    let (small, large) = (one_way_s[0], one_way_s[1]);
-    let third: Time = nanoseconds(small / 3.0);
-    let copying = (large - small) / 2.0;
-    let is_copied = matches!(transport, Transport::Pipe | Transport::Socket) && copying > 0.0;
-    Ok(MessageCosts {
-        send: third,
-        receive: third,
-        copy_bytes_per_s: if is_copied { LARGE as f64 / copying } else { f64::INFINITY },
-        wake_up: third,
-        score_root: recording.score_root_ns,
-        delivery: 0,
-    })
+    let mut one_way_s = 0.0;
+    let mut take = |row: LatencyRow| one_way_s = row.one_way.median * 1e-6;
+    latency::measure(&options, interrupt, &mut take)?;
+    Ok(one_way_s)
+}
+
+/// Of a message without contents, and the rate of copying, by messages of as many bytes as a subtree.
+fn in_streams(
+    subtree: usize,
+    program: &Path,
+    interrupt: &AtomicBool,
+) -> Result<(Time, f64), LatencyError> {
+    let sizes = [SMALL, subtree.max(2 * SMALL)];
+    let streams = stream::through_a_pipe(&sizes, HAND_OVER_TIME, program.to_owned(), interrupt)?;
+    let cost = |at: usize| (streams[at].master_ns + streams[at].worker_ns) / 2.0;
+    let copying_s = 1e-9 * (cost(1) - cost(0));
+    let bytes = (streams[1].bytes - streams[0].bytes) as f64;
+    let rate = if copying_s > 0.0 { bytes / copying_s } else { f64::INFINITY };
+    Ok((cost(0) as Time, rate))
 }

@@ -3,6 +3,7 @@ use std::collections::VecDeque;
 use proptest::prelude::*;
 
 use super::super::indicator::tests::row;
+use super::super::local_client::Indicators;
 use super::*;
 use crate::scene::MatchRule;
 
@@ -16,13 +17,20 @@ fn run_on(nodes: Nodes, clients: usize, scenarios: u32, q: u32) -> Assignment {
     let matchmaker = Matchmaker::new(MatchRule::Best, q as usize, 0);
     let mut assignment =
         Assignment::new(clients, nodes, scenarios, limits, matchmaker, SubtreeBytes::default());
-    assignment.clients.iter_mut().for_each(|client| client.ready().unwrap());
+    for client in 0..assignment.clients.len() {
+        assignment.change(client, LocalClient::ready).unwrap();
+    }
     assignment
 }
 
 fn assign_next(assignment: &mut Assignment) -> Option<usize> {
     let scenario = assignment.next_scenario()?;
-    assignment.assign(scenario, Analysis::default())
+    assign(assignment, scenario, Analysis::default())
+}
+
+/// To whom the scenario goes.
+fn assign(assignment: &mut Assignment, scenario: u32, analysis: Analysis) -> Option<usize> {
+    assignment.assign(scenario, analysis).map(|choice| choice.client)
 }
 
 fn of(indicators: &Indicators) -> Analysis {
@@ -38,9 +46,9 @@ fn take_task(assignment: &mut Assignment, client: usize) -> Option<(u64, Vec<u32
 
 fn answer_all(assignment: &mut Assignment, client: usize, (task, scenarios): (u64, Vec<u32>)) {
     for scenario in scenarios {
-        assignment.clients[client].answered(task, scenario).unwrap();
+        assignment.change(client, |state| state.answered(task, scenario)).unwrap();
     }
-    assignment.clients[client].end_task(task).unwrap();
+    assignment.change(client, |state| state.end_task(task)).unwrap();
 }
 
 #[test]
@@ -54,7 +62,7 @@ fn scenarios_of_table_1_go_to_the_client_that_has_their_geometry() {
     ];
     // The third matches nobody and goes to the emptier buffer, the others to what they know.
     let chosen: Vec<_> =
-        (0..).zip(&rows).map(|(n, row)| assignment.assign(n, of(row)).unwrap()).collect();
+        (0..).zip(&rows).map(|(n, row)| assign(&mut assignment, n, of(row)).unwrap()).collect();
     assert_eq!(chosen, [0, 0, 1, 0]);
 }
 
@@ -88,9 +96,9 @@ fn tasks_shrink_towards_the_end() {
 fn idle_clients_come_before_better_matching_busy_ones() {
     let mut assignment = run_of(2, 1000, 1);
     let geometry = [row(0, &[0, 11, 0, 0, 0, 0]), row(1, &[2, 0, 0, 0])];
-    assert_eq!(assignment.assign(0, of(&geometry)), Some(0));
+    assert_eq!(assign(&mut assignment, 0, of(&geometry)), Some(0));
     assert!(take_task(&mut assignment, 0).is_some());
-    assert_eq!(assignment.assign(1, of(&geometry)), Some(1));
+    assert_eq!(assign(&mut assignment, 1, of(&geometry)), Some(1));
 }
 
 #[test]
@@ -136,7 +144,7 @@ fn nothing_is_given_away_far_ahead_of_a_missing_result() {
     assignment.ahead = 10;
     let geometry = [row(0, &[0, 11, 0, 0, 0, 0]), row(1, &[2, 0, 0, 0])];
     for scenario in 0..3 {
-        assert_eq!(assignment.assign(scenario, of(&geometry)), Some(0));
+        assert_eq!(assign(&mut assignment, scenario, of(&geometry)), Some(0));
     }
     assert_eq!(take_task(&mut assignment, 0), Some((0, vec![0, 1, 2])));
     for scenarios in [&[3, 4, 5][..], &[6, 7, 8], &[9]] {
@@ -156,11 +164,11 @@ fn a_buffer_is_sent_when_its_subtrees_make_v_bytes() {
     assignment.limits.bytes = 5000;
     assignment.subtree_bytes = [vec![1000; 6], vec![1000; 4]];
     let geometry = |first: &[u32]| of(&[row(0, first), row(1, &[0, 0, 14, 6])]);
-    assignment.assign(0, geometry(&[1, 0, 0, 0, 0, 0]));
+    assign(&mut assignment, 0, geometry(&[1, 0, 0, 0, 0, 0]));
     assert!(assignment.take_task().is_none(), "3000 bytes");
-    assignment.assign(1, geometry(&[1, 11, 0, 0, 0, 0]));
+    assign(&mut assignment, 1, geometry(&[1, 11, 0, 0, 0, 0]));
     assert!(assignment.take_task().is_none(), "4000 bytes, the others are there already");
-    assignment.assign(2, geometry(&[0, 0, 1, 0, 0, 0]));
+    assign(&mut assignment, 2, geometry(&[0, 0, 1, 0, 0, 0]));
     assert_eq!(take_task(&mut assignment, 0), Some((0, vec![0, 1, 2])));
 }
 
@@ -169,24 +177,35 @@ fn a_subtree_goes_once_to_a_node_with_the_first_task_that_is_sent_there() {
     let mut assignment = run_on(Nodes::shared(vec![0, 0, 1]), 3, 1000, 2);
     assignment.subtree_bytes = [vec![1000; 6], vec![1000; 4]];
     let geometry = |first: &[u32]| of(&[row(0, first), row(1, &[0, 0, 14, 6])]);
-    assert_eq!(assignment.assign(0, geometry(&[1, 0, 0, 0, 0, 0])), Some(0));
-    assert_eq!(assignment.assign(1, geometry(&[1, 11, 0, 0, 0, 0])), Some(1), "the same node");
-    assert_eq!(assignment.assign(2, geometry(&[0, 0, 1, 0, 0, 0])), Some(0), "of equal buffers");
+    assert_eq!(assign(&mut assignment, 0, geometry(&[1, 0, 0, 0, 0, 0])), Some(0));
+    assert_eq!(
+        assign(&mut assignment, 1, geometry(&[1, 11, 0, 0, 0, 0])),
+        Some(1),
+        "the same node"
+    );
+    assert_eq!(
+        assign(&mut assignment, 2, geometry(&[0, 0, 1, 0, 0, 0])),
+        Some(0),
+        "of equal buffers"
+    );
     let (client, task) = assignment.take_task().unwrap();
     assert_eq!(
         (client, task.subtrees),
         (0, [vec![0, 1, 2], vec![2, 3]]),
         "what its mate needs too"
     );
-    assert_eq!(assignment.assign(3, geometry(&[1, 11, 1, 0, 0, 0])), Some(1));
+    assert_eq!(assign(&mut assignment, 3, geometry(&[1, 11, 1, 0, 0, 0])), Some(1));
     let (client, task) = assignment.take_task().unwrap();
     assert_eq!((client, task.subtrees.concat()), (1, vec![]));
     assignment.client_died(0, None);
     assignment.restart(0);
-    assignment.clients[0].ready().unwrap();
+    assignment.change(0, LocalClient::ready).unwrap();
     for expected in [0, 0] {
         let scenario = assignment.next_scenario().unwrap();
-        assert_eq!(assignment.assign(scenario, geometry(&[1, 0, 1, 0, 0, 0])), Some(expected));
+        assert_eq!(
+            assign(&mut assignment, scenario, geometry(&[1, 0, 1, 0, 0, 0])),
+            Some(expected)
+        );
     }
     let (_, task) = assignment.take_task().unwrap();
     assert!(task.subtrees.iter().all(Vec::is_empty), "they are still there");
@@ -205,10 +224,10 @@ fn answers_until(assignment: &mut Assignment, end: u32) -> Vec<u32> {
             if scenario == end {
                 return order;
             }
-            assignment.clients[0].answered(task.0, scenario).unwrap();
+            assignment.change(0, |state| state.answered(task.0, scenario)).unwrap();
             order.push(scenario);
         }
-        assignment.clients[0].end_task(task.0).unwrap();
+        assignment.change(0, |state| state.end_task(task.0)).unwrap();
     }
 }
 
@@ -217,7 +236,7 @@ fn a_scenario_that_clients_die_at_goes_first_then_last_and_then_not_at_all() {
     let mut assignment = run_of(1, 10, 3);
     let restart = |assignment: &mut Assignment| {
         assignment.restart(0);
-        assignment.clients[0].ready().unwrap();
+        assignment.change(0, LocalClient::ready).unwrap();
     };
     assert_eq!(answers_until(&mut assignment, 4), [0, 1, 2, 3]);
     assert_eq!(assignment.client_died(0, Some(4)), None);
@@ -237,7 +256,7 @@ fn a_scenario_is_not_blamed_for_deaths_at_another_or_at_none() {
         assert_eq!(answers_until(&mut assignment, 0), [0; 0]);
         assert_eq!(assignment.client_died(0, at), None);
         assignment.restart(0);
-        assignment.clients[0].ready().unwrap();
+        assignment.change(0, LocalClient::ready).unwrap();
     }
     assert_eq!(assignment.next_scenario(), Some(0));
     assert_eq!(answers_until(&mut assignment, 2), [0, 1]);
@@ -287,16 +306,16 @@ proptest! {
                 out[client].clear();
             } else if what == 1 && !assignment.clients[client].is_alive() {
                 assignment.restart(client);
-                assignment.clients[client].ready().unwrap();
+                assignment.change(client, LocalClient::ready).unwrap();
             } else if let Some((task, batch)) = out[client].first_mut() {
                 let scenario = batch.remove(0);
-                assignment.clients[client].answered(*task, scenario).unwrap();
+                assignment.change(client, |state| state.answered(*task, scenario)).unwrap();
                 answers[scenario as usize] += 1;
                 let delivered = answers.iter().take_while(|&&count| count == 1).count() as u32;
                 assignment.delivered(delivered);
                 prop_assert!(assignment.next <= delivered + ahead);
                 if batch.is_empty() {
-                    assignment.clients[client].end_task(*task).unwrap();
+                    assignment.change(client, |state| state.end_task(*task)).unwrap();
                     out[client].remove(0);
                 }
             }

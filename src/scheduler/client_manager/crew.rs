@@ -128,12 +128,26 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Crew<T, L> {
     /// What a worker's queue has no room for waits here. One that is dead is seen to be so, one that
     /// hangs is given up in time; what it was given comes back when it is let go.
     pub(super) fn send(&mut self, client: usize, parts: &[&[u8]]) -> Result<(), EngineError> {
+        self.send_by(client, parts, T::send)
+    }
+
+    /// What another message to the client follows at once.
+    pub(super) fn send_ahead(&mut self, client: usize, parts: &[&[u8]]) -> Result<(), EngineError> {
+        self.send_by(client, parts, T::send_ahead)
+    }
+
+    fn send_by(
+        &mut self,
+        client: usize,
+        parts: &[&[u8]],
+        send: impl Fn(&mut T, WorkerId, &[&[u8]]) -> Result<(), TransportError>,
+    ) -> Result<(), EngineError> {
         let member = &mut self.members[client];
         if !member.backlog.is_empty() {
             member.backlog.push_back(parts.concat());
             return Ok(());
         }
-        match self.transport.send(member.id, parts) {
+        match send(&mut self.transport, member.id, parts) {
             Err(TransportError::NotDelivered(_)) => member.backlog.push_back(parts.concat()),
             other => other?,
         }

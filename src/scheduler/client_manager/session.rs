@@ -168,7 +168,7 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
 
     /// Gives the clients back, and their nodes.
     pub(super) fn into_clients(self) -> (Vec<LocalClient>, Nodes) {
-        (self.assignment.clients, self.assignment.nodes)
+        self.assignment.into_clients()
     }
 
     /// Returns whether it was interrupted.
@@ -289,7 +289,7 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
     fn lose_patience(&mut self) {
         let away = std::mem::replace(&mut self.looked, Instant::now()).elapsed();
         self.engine.crew.forgive(away.saturating_sub(2 * TICK));
-        for (client, state) in self.assignment.clients.iter().enumerate() {
+        for (client, state) in self.assignment.clients().iter().enumerate() {
             if state.is_starting() {
                 self.engine.crew.end_late_starter(client);
             } else if state.tasks() > 0 || state.awaits_trees() {
@@ -340,7 +340,7 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
     ) -> Result<EngineReport, EngineError> {
         self.is_ending = true;
         let deadline = Instant::now() + GRACE;
-        while interrupted && self.assignment.clients.iter().any(|client| client.tasks() > 0) {
+        while interrupted && self.assignment.clients().iter().any(|client| client.tasks() > 0) {
             let left = deadline.saturating_duration_since(Instant::now());
             if left.is_zero() {
                 break;

@@ -8,6 +8,9 @@ use std::os::fd::{AsFd, BorrowedFd};
 use super::frame::{FrameReader, Taken, failed};
 use crate::transport::TransportError;
 
+/// Short messages are written together up to here.
+const GATHERED: usize = 64 << 10;
+
 #[derive(Debug)]
 pub struct Channel {
     /// `None` at its end, or when what came could not be right.
@@ -48,15 +51,52 @@ impl Channel {
     /// Returns whether the worker takes messages. What the stream does not take now is queued.
     pub fn send(&mut self, prefix: &[u8], parts: &[&[u8]]) -> Result<bool, TransportError> {
         let slices = [&[prefix], parts].concat();
-        let bytes: usize = slices.iter().map(|slice| slice.len()).sum();
-        let written = if self.queue.is_empty() { self.write_now(&slices)? } else { 0 };
-        if written < bytes && self.to_worker.is_some() {
-            if self.queue.is_empty() {
+        self.make_room(&slices)?;
+        if self.queue.is_empty() {
+            let written = self.write_now(&slices)?;
+            if written < length(&slices) && self.to_worker.is_some() {
+                self.queue.push_back(slices.concat());
                 self.written = written;
             }
-            self.queue.push_back(slices.concat());
+        } else {
+            self.enqueue(&slices);
+            self.drain()?;
         }
         Ok(self.to_worker.is_some())
+    }
+
+    /// As `send`, but queued with what follows, so that short messages share a system call, and their
+    /// reader's waking up.
+    pub fn send_ahead(&mut self, prefix: &[u8], parts: &[&[u8]]) -> Result<bool, TransportError> {
+        let slices = [&[prefix], parts].concat();
+        if length(&slices) >= GATHERED {
+            return self.send(prefix, parts);
+        }
+        self.make_room(&slices)?;
+        if self.to_worker.is_some() {
+            self.enqueue(&slices);
+        }
+        Ok(self.to_worker.is_some())
+    }
+
+    /// What cannot be written together with these is written before, as far as the stream takes it: a
+    /// worker is not to run dry while its master makes more messages than the stream holds.
+    fn make_room(&mut self, slices: &[&[u8]]) -> Result<(), TransportError> {
+        let gathered = self.queue.back().map_or(0, Vec::len);
+        if gathered + length(slices) > GATHERED { self.drain() } else { Ok(()) }
+    }
+
+    /// Behind what is short, in one piece with it.
+    fn enqueue(&mut self, slices: &[&[u8]]) {
+        let fits = |last: &&mut Vec<u8>| last.len() + length(slices) <= GATHERED;
+        match self.queue.back_mut().filter(fits) {
+            Some(last) => slices.iter().for_each(|slice| last.extend_from_slice(slice)),
+            None => {
+                let mut piece = Vec::with_capacity(GATHERED.max(length(slices)));
+                slices.iter().for_each(|slice| piece.extend_from_slice(slice));
+                self.queue.push_back(piece);
+            }
+        }
     }
 
     /// Bytes that the stream took.
@@ -138,6 +178,10 @@ impl Channel {
     }
 }
 
+fn length(slices: &[&[u8]]) -> usize {
+    slices.iter().map(|slice| slice.len()).sum()
+}
+
 #[cfg(test)]
 mod tests {
     use std::io::{PipeReader, Read};
@@ -175,6 +219,29 @@ mod tests {
             filled += worker.read(&mut read[filled..]).unwrap();
         }
         assert!(read == expected && channel.outgoing().is_none());
+    }
+
+    #[test]
+    fn what_is_sent_ahead_goes_in_order_with_what_follows_it_or_as_soon_as_there_is_room() {
+        let (mut channel, mut worker) = channel();
+        let mut read = vec![0; 1 << 20];
+        channel.send_ahead(b"1", &[b"23"]).unwrap();
+        assert!(channel.outgoing().is_some(), "who looks for room finds it at once");
+        channel.send(b"4", &[]).unwrap();
+        assert!(channel.outgoing().is_none());
+        assert_eq!(worker.read(&mut read).unwrap(), 4, "in one write");
+        assert_eq!(&read[..4], b"1234");
+        let messages: Vec<_> = (0..40_u8).map(|n| vec![n; usize::from(n) * 1000]).collect();
+        let expected = messages.concat();
+        for message in &messages {
+            assert!(channel.send_ahead(message, &[]).unwrap());
+        }
+        let mut filled = 0;
+        while filled < expected.len() {
+            channel.drain().unwrap();
+            filled += worker.read(&mut read[filled..]).unwrap();
+        }
+        assert!(read[..filled] == expected && channel.outgoing().is_none());
     }
 
     #[test]

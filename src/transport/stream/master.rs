@@ -109,6 +109,21 @@ impl<L: Link> Streams<L> {
         self.channels.values().any(|channel| channel.has_spoken)
     }
 
+    fn send_by(
+        &mut self,
+        worker: WorkerId,
+        parts: &[&[u8]],
+        send: impl Fn(&mut Channel, &[u8], &[&[u8]]) -> Result<bool, TransportError>,
+    ) -> Result<(), TransportError> {
+        let prefix = prefix(parts, self.needs.job_bytes)?;
+        let (channel, traffic) = self.opened(worker);
+        if !send(channel, &prefix, parts)? {
+            return Err(TransportError::NotDelivered(worker));
+        }
+        traffic.to_worker += u64::from_ne_bytes(prefix);
+        Ok(())
+    }
+
     fn opened(&mut self, worker: WorkerId) -> (&mut Channel, &mut Traffic) {
         let channel = self.channels.get_mut(&worker).expect("a channel that was opened");
         (channel, self.traffic.entry(worker).or_default())
@@ -138,13 +153,11 @@ impl<L: Link> MasterEnd for Streams<L> {
     }
 
     fn send(&mut self, worker: WorkerId, parts: &[&[u8]]) -> Result<(), TransportError> {
-        let prefix = prefix(parts, self.needs.job_bytes)?;
-        let (channel, traffic) = self.opened(worker);
-        if !channel.send(&prefix, parts)? {
-            return Err(TransportError::NotDelivered(worker));
-        }
-        traffic.to_worker += u64::from_ne_bytes(prefix);
-        Ok(())
+        self.send_by(worker, parts, Channel::send)
+    }
+
+    fn send_ahead(&mut self, worker: WorkerId, parts: &[&[u8]]) -> Result<(), TransportError> {
+        self.send_by(worker, parts, Channel::send_ahead)
     }
 
     fn wait(&mut self, watched: &[BorrowedFd<'_>], limit: Duration) -> Result<(), TransportError> {

@@ -147,9 +147,11 @@ impl Checker<'_> {
         let time = |value: &Option<Spanned<f64>>, key| {
             self.not_negative(value.as_ref(), key).map(|us| nanoseconds(us * 1e-6))
         };
+        let send = time(&file.send_us, "messages.send_us")?;
         Ok(MessageCosts {
-            send: time(&file.send_us, "messages.send_us")?,
+            send,
             receive: time(&file.receive_us, "messages.receive_us")?,
+            gathered: send,
             copy_bytes_per_s: self.positive_or(
                 file.copy_megabytes_per_s.as_ref(),
                 "messages.copy_megabytes_per_s",

@@ -2,12 +2,12 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use super::super::events::{Time, nanoseconds};
+use super::super::events::Time;
 use super::super::load::SubtreeCost;
 use super::super::machine::Copies;
 use super::worker::{Fetch, Message};
 use super::{Event, Simulation};
-use crate::scheduler::local_client::{Analysis, NewTask};
+use crate::scheduler::local_client::{Analysis, LocalClient, NewTask};
 use crate::scheduler::sources::Source;
 use crate::wire::Job;
 
@@ -49,10 +49,7 @@ enum Step {
     /// Sleeps until a message comes.
     Idle,
     Waking,
-    Assigning {
-        scenario: u32,
-        is_analysed: bool,
-    },
+    Assigning,
     Sending(Outgoing),
     Blocked,
     Receiving(Heard),
@@ -70,7 +67,7 @@ impl Simulation<'_> {
             told[node] = true;
             for outline in self.load.outline_bytes {
                 let bytes = if is_short { SMALL_MESSAGE } else { outline };
-                self.assignment.clients[client].told_of_tree();
+                self.assignment.change(client, LocalClient::told_of_tree);
                 let message = Message::Tree { bytes };
                 self.master.outbox.push_back(Outgoing { client, message, make: 0 });
             }
@@ -112,25 +109,19 @@ impl Simulation<'_> {
         let cost = self.load.scenario(scenario);
         let wants_scores = self.assignment.wants_scores();
         let is_analysed = wants_scores || !self.cluster.is_all_in_place();
-        let analysis = if is_analysed { cost.analysis } else { 0 };
-        let scores = if wants_scores { self.nodes_to_choose_from() } else { 0 };
+        let mut analysis = Analysis::default();
+        if is_analysed {
+            analysis.indicators = cost.indicators.clone();
+        }
+        // Nobody sees the choice before the step is over.
+        let choice = self.assignment.assign(scenario, analysis).expect("somebody takes it");
+        let analysing = if is_analysed { cost.analysis } else { 0 };
+        let scores = if wants_scores { choice.scored } else { 0 };
         let matching = scores as f64 * f64::from(cost.roots) * self.cluster.messages.score_root;
-        self.tally.analysis += analysis;
+        self.tally.analysis += analysing;
         self.tally.matching += matching as Time;
-        self.take_step(Step::Assigning { scenario, is_analysed }, analysis + matching as Time);
+        self.take_step(Step::Assigning, analysing + matching as Time);
         true
-    }
-
-    /// Of whose scores the matchmaker has to know.
-    fn nodes_to_choose_from(&self) -> usize {
-        let clients = &self.assignment.clients;
-        let unclaimed = || (0..clients.len()).filter(|&client| !clients[client].is_claimed());
-        let fewest = unclaimed().map(|client| clients[client].tasks()).min();
-        let nodes = unclaimed().filter(|&client| Some(clients[client].tasks()) == fewest);
-        let mut nodes: Vec<_> = nodes.map(|client| self.assignment.nodes.of(client)).collect();
-        // Clients of a node follow each other.
-        nodes.dedup();
-        nodes.len()
     }
 
     fn take_step(&mut self, step: Step, work: Time) {
@@ -141,14 +132,7 @@ impl Simulation<'_> {
     /// The step is over.
     pub(super) fn step_done(&mut self) {
         match std::mem::take(&mut self.master.step) {
-            Step::Assigning { scenario, is_analysed } => {
-                let mut analysis = Analysis::default();
-                if is_analysed {
-                    analysis.indicators = self.load.scenario(scenario).indicators.clone();
-                }
-                self.assignment.assign(scenario, analysis).expect("somebody takes it");
-                self.take_tasks();
-            }
+            Step::Assigning => self.take_tasks(),
             Step::Sending(outgoing) => {
                 if self.depart(outgoing) {
                     return;
@@ -220,9 +204,8 @@ impl Simulation<'_> {
 
     fn send(&mut self, outgoing: Outgoing) {
         let messages = &self.cluster.messages;
-        let count = outgoing.message.count();
-        let copy = nanoseconds(outgoing.message.bytes() / messages.copy_bytes_per_s);
-        let work = outgoing.make + count * messages.send + copy;
+        let (count, bytes) = (outgoing.message.count(), outgoing.message.bytes());
+        let work = outgoing.make + messages.of_sending(count, bytes);
         self.tally.sending += work;
         self.take_step(Step::Sending(outgoing), work);
     }
@@ -263,25 +246,27 @@ impl Simulation<'_> {
             Heard::Answers { scenarios, .. } => scenarios.len(),
         };
         let work =
-            messages.of_receiving(reply_bytes(results)) + results as Time * messages.delivery;
+            messages.of_receiving(1, reply_bytes(results)) + results as Time * messages.delivery;
         self.tally.receiving += work;
         self.take_step(Step::Receiving(heard), work);
     }
 
     fn take_note(&mut self, heard: Heard) {
         match heard {
-            Heard::TreeTaken { client } => self.assignment.clients[client].took_tree(),
+            Heard::TreeTaken { client } => self.assignment.change(client, LocalClient::took_tree),
             Heard::Answers { client, task, scenarios } => {
                 self.tally.last_answer = self.events.now();
                 if let Some(sources) = &mut self.sources {
                     sources.answered(task);
                 }
-                let state = &mut self.assignment.clients[client];
-                for scenario in scenarios {
-                    state.answered(task, scenario).expect("it was given the scenario");
-                    self.results.insert(scenario, ());
-                }
-                state.end_task(task).expect("all its scenarios are answered");
+                self.assignment.change(client, |state| {
+                    for &scenario in &scenarios {
+                        state.answered(task, scenario).expect("it was given the scenario");
+                    }
+                    state.end_task(task).expect("all its scenarios are answered");
+                });
+                (self.progress)(scenarios.len());
+                scenarios.into_iter().for_each(|scenario| self.results.insert(scenario, ()));
             }
         }
     }

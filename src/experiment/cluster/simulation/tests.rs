@@ -23,6 +23,7 @@ fn ideal(nodes: Vec<Node>) -> Cluster {
         messages: MessageCosts {
             send: 0,
             receive: 0,
+            gathered: 0,
             copy_bytes_per_s: f64::INFINITY,
             wake_up: 0,
             score_root: 0.0,
@@ -68,7 +69,7 @@ fn policy(rule: MatchRule, q: u32) -> Policy {
 }
 
 fn run(load: &Load, cluster: &Cluster, rule: MatchRule, q: u32) -> Outcome {
-    simulate(load, cluster, &policy(rule, q), load.scenarios.len() as u32)
+    simulate(load, cluster, &policy(rule, q), load.scenarios.len() as u32, &|_| {})
 }
 
 fn near(found: f64, expected: f64) {
@@ -185,7 +186,7 @@ fn what_one_worker_has_others_fetch_from_it() {
     let all_from_master = run(&load, &cluster, MatchRule::Random, 2);
     near(all_from_master.bytes_fetched, 0.0);
     let policy = Policy { from: SubtreesFrom::Workers, ..policy(MatchRule::Random, 2) };
-    let outcome = simulate(&load, &cluster, &policy, 400);
+    let outcome = simulate(&load, &cluster, &policy, 400, &|_| {});
     assert!(outcome.bytes_fetched > 0.0 && outcome.bytes_sent >= 40e6, "{outcome:?}");
     assert!(outcome.bytes_sent < all_from_master.bytes_sent, "{outcome:?}");
     let had = outcome.bytes_sent + outcome.bytes_fetched;

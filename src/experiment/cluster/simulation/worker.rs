@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use super::super::events::{Time, nanoseconds};
+use super::super::events::Time;
 use super::super::machine::Copies;
 use super::master::{Bundle, Heard, SMALL_MESSAGE, reply_bytes};
 use super::{Event, Simulation};
@@ -131,12 +131,11 @@ impl Simulation<'_> {
     /// Time on a core of speed 1.
     fn work_of(&mut self, worker: usize, message: &Message) -> Time {
         let messages = &self.cluster.messages;
-        let copy = nanoseconds(message.bytes() / messages.copy_bytes_per_s);
-        let receiving = message.count() * messages.receive + copy;
+        let receiving = messages.of_receiving(message.count(), message.bytes());
         let speed = self.cluster.nodes[self.workers[worker].node].speed;
         let own = |work: Time| (work as f64 / speed) as Time;
         match message {
-            Message::Tree { .. } => receiving + messages.of_sending(SMALL_MESSAGE),
+            Message::Tree { .. } => receiving + messages.of_sending(1, SMALL_MESSAGE),
             Message::Subtrees(bundle) => {
                 let work = receiving + bundle.place;
                 self.tally.placing += own(work);
@@ -149,7 +148,7 @@ impl Simulation<'_> {
                 let costs = costs.map(|cost| if in_place { cost.serial } else { cost.below });
                 let computing: Time = costs.sum();
                 self.tally.computing += own(computing);
-                receiving + computing + messages.of_sending(reply_bytes(scenarios.len()))
+                receiving + computing + messages.of_sending(1, reply_bytes(scenarios.len()))
             }
         }
     }

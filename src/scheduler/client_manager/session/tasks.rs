@@ -8,7 +8,9 @@ use super::super::supply::Way;
 use super::Session;
 use crate::scene::{EngineOptions, StartFrom};
 use crate::scheduler::launch::Launch;
-use crate::scheduler::local_client::{Analysis, Buffered, NewTask, OUTSTANDING_TASKS, Unexpected};
+use crate::scheduler::local_client::{
+    Analysis, Buffered, LocalClient, NewTask, OUTSTANDING_TASKS, Unexpected,
+};
 use crate::scheduler::sources::Source;
 use crate::transport::MasterEnd;
 use crate::tree::descent::DescentError;
@@ -21,7 +23,7 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
         let way = self.way(client);
         if self.sources.is_some()
             && way == Way::Sent
-            && self.assignment.clients[client].is_ready()
+            && self.assignment.clients()[client].is_ready()
             && self.engine.crew.tells_to_serve(client)
         {
             self.engine.crew.send(client, &[bytemuck::bytes_of(&JobHeader::serve())])?;
@@ -45,7 +47,7 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
             }
         }
         let Some(planned) = &self.planned else { return Ok(()) };
-        if !self.assignment.clients[client].is_ready() {
+        if !self.assignment.clients()[client].is_ready() {
             return Ok(());
         }
         let numbers: Vec<_> = planned.numbers().collect();
@@ -120,10 +122,10 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
     /// Whether the client is to be told of something with this number, and from now on counts as
     /// told.
     fn tells_of(&mut self, client: usize, number: u32) -> bool {
-        let state = &mut self.assignment.clients[client];
-        let tells = state.is_ready() && self.engine.crew.tells_of(client, number);
+        let is_ready = self.assignment.clients()[client].is_ready();
+        let tells = is_ready && self.engine.crew.tells_of(client, number);
         if tells {
-            state.told_of_tree();
+            self.assignment.change(client, LocalClient::told_of_tree);
             self.engine.crew.begins(client);
         }
         tells
@@ -141,7 +143,7 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
         }
     }
 
-    /// To its node, if it has one.
+    /// To its node, if it has one; otherwise no later than the master waits, as tasks follow.
     fn send_subtree(&mut self, client: usize, side: usize, root: u32) -> Result<(), EngineError> {
         let header = JobHeader::add_subtree(self.trees[side]);
         let body = self.supply.subtree(side, root);
@@ -151,7 +153,7 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
             return self.engine.send_to_node(node, &message);
         }
         self.report.workers[client].geometry_bytes_copied += bytes;
-        self.engine.crew.send(client, &message)
+        self.engine.crew.send_ahead(client, &message)
     }
 
     /// Where bytes are counted that its node has not had from the master.
@@ -180,7 +182,7 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
         let patience = fetch_patience(&self.engine.options, self.supply.length(side, root));
         let header = JobHeader::fetch_subtree(tree);
         let fetch = Fetch { root, peer, patience };
-        self.engine.crew.send(client, &[bytemuck::bytes_of(&header), &fetch.to_bytes()])
+        self.engine.crew.send_ahead(client, &[bytemuck::bytes_of(&header), &fetch.to_bytes()])
     }
 
     /// What another worker was to give.
@@ -249,7 +251,7 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
 
     /// The subtrees that the worker lacks, then the scenarios.
     fn send_task(&mut self, client: usize, task: &NewTask) -> Result<(), EngineError> {
-        if self.assignment.clients[client].tasks() == 1 {
+        if self.assignment.clients()[client].tasks() == 1 {
             self.engine.crew.begins(client);
         }
         self.first_batch.get_or_insert_with(Instant::now);
