@@ -61,7 +61,7 @@ impl Matchmaker {
         best.map(|(_, client)| Choice { client, scored })
     }
 
-    /// Of a client by its score and by the scenarios in its buffer. It never grows with these.
+    /// Of a client by its score and by the scenarios in its buffer. It never grows with the latter.
     fn worth(&self, score: u64, load: usize) -> u128 {
         match self.rule {
             MatchRule::Best => score.into(),
