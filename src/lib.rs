@@ -34,17 +34,15 @@
 //! - *indicator*: which distributed roots a scenario needs, or a client has been given
 //! - *matchmaker*: chooses the client for a scenario; *claimed*: a client that is at work
 
+pub use bumper_kernel::{effects, geometry, mesh, tree};
+
 pub mod cli;
-pub mod effects;
 pub mod experiment;
-pub mod geometry;
 pub mod hardcases;
-pub mod mesh;
 pub mod report;
 pub mod scene;
 pub mod scheduler;
 pub mod transport;
-pub mod tree;
 pub mod wire;
 #[path = "../workers/mod.rs"]
 pub mod workers;

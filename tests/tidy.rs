@@ -32,18 +32,21 @@ const BACKENDS: &[(&str, &str)] = &[
     ("iceoryx2", "src/transport/shared_memory"),
     ("mpi", "src/transport/mpi.rs"),
     ("parquet", "src/report/parquet.rs"),
-    ("memmap2", "src/tree/subtree/pages.rs"),
-    ("lz4_flex", "src/tree/subtree/compressed.rs"),
+    ("memmap2", "src/kernel/tree/subtree/pages.rs"),
+    ("lz4_flex", "src/kernel/tree/subtree/compressed.rs"),
     ("indicatif", "src/cli"),
     ("clap", "src/cli"),
     ("anyhow", "src/cli"),
     ("signal_hook", "src/cli/interrupt.rs"),
     ("rand_chacha", "src/scene/random/draw.rs"),
     ("strsim", "src/scene/file.rs"),
-    ("flate2", "src/mesh/gzip.rs"),
-    ("base64", "src/mesh/base64.rs"),
+    ("flate2", "src/kernel/mesh/gzip.rs"),
+    ("base64", "src/kernel/mesh/base64.rs"),
     ("getrandom", "src/transport/peer.rs"),
 ];
+
+/// The package of what is computed.
+const KERNEL: &str = "src/kernel";
 
 const LONGEST_FILE: usize = 450;
 
@@ -80,6 +83,7 @@ fn library() -> Vec<(String, String)> {
 /// The top-level module that a file belongs to.
 fn module(name: &str) -> Option<&str> {
     let name = name.strip_prefix("src/").unwrap_or(name);
+    let name = name.strip_prefix("kernel/").unwrap_or(name);
     let first = name.split('/').next()?;
     let module = first.strip_suffix(".rs").unwrap_or(first);
     (module != "lib" && module != "main").then_some(module)
@@ -171,12 +175,15 @@ fn each_backend_crate_is_named_in_one_place() {
 
 #[test]
 fn every_dependency_is_used() {
-    let manifest = fs::read_to_string(root().join("Cargo.toml")).unwrap();
-    let manifest: toml::Table = toml::from_str(&manifest).unwrap();
-    let code: String = library().iter().map(|(_, text)| code(text)).collect();
-    for krate in manifest["dependencies"].as_table().unwrap().keys() {
-        let krate = krate.replace('-', "_");
-        assert!(names(&krate, &code), "{krate} is a dependency that nothing uses");
+    for (package, is_kernel) in [("", false), (KERNEL, true)] {
+        let manifest = root().join(package).join("Cargo.toml");
+        let manifest: toml::Table = toml::from_str(&fs::read_to_string(manifest).unwrap()).unwrap();
+        let own = |(name, _): &&(String, String)| name.starts_with(KERNEL) == is_kernel;
+        let code: String = library().iter().filter(own).map(|(_, text)| code(text)).collect();
+        for krate in manifest["dependencies"].as_table().unwrap().keys() {
+            let krate = krate.replace('-', "_");
+            assert!(names(&krate, &code), "{krate} is a dependency that nothing uses");
+        }
     }
 }
 

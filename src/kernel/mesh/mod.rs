@@ -7,14 +7,14 @@
 //! line, `vrml97` overflows the stack on nested groups and drops prototype instances silently.
 
 mod affine;
-pub(crate) mod base64;
+pub mod base64;
 pub mod builtin;
 pub mod closed;
 mod deform;
 mod error;
 mod format;
 mod gltf;
-pub(crate) mod gzip;
+pub mod gzip;
 mod instances;
 mod obj;
 mod ply;
@@ -23,7 +23,7 @@ mod raw;
 pub mod report;
 mod source;
 mod stl;
-pub(crate) mod text;
+pub mod text;
 mod triangle_mesh;
 mod vrml;
 mod weld;
