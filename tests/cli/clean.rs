@@ -77,8 +77,21 @@ impl Place {
         assert!(others.is_empty(), "{others:?}");
     }
 
-    /// Directories of runs, and their files in shared memory, sorted.
+    /// Directories of runs, and their files in shared memory, sorted; once nothing comes or goes any
+    /// more: workers of a stopped run may still be about to begin.
     fn traces(&self) -> Vec<PathBuf> {
+        let mut before = self.traces_now();
+        loop {
+            std::thread::sleep(Duration::from_millis(100));
+            let now = self.traces_now();
+            if now == before {
+                return now;
+            }
+            before = now;
+        }
+    }
+
+    fn traces_now(&self) -> Vec<PathBuf> {
         let runtime = self.path("runtime");
         let homes = fs::read_dir(&runtime).unwrap().map(|home| home.unwrap().path());
         let runs =
@@ -139,7 +152,8 @@ fn clean_removes_what_a_killed_run_left_and_the_living_one_ends_exact() {
         std::thread::sleep(Duration::from_millis(1));
     }
     let left = place.traces();
-    assert!(of_both.iter().all(|trace| left.contains(trace)), "a killed run can remove nothing");
+    let gone: Vec<_> = of_both.iter().filter(|trace| !left.contains(trace)).collect();
+    assert!(gone.is_empty(), "a killed run can remove nothing: {gone:?}");
 
     assert!(README.contains("\nbumper clean\n"));
     let words: Vec<&str> = "bumper clean".split_whitespace().skip(1).collect();
