@@ -79,7 +79,9 @@ fn any_number_of_nodes_and_workers_gives_the_same_answers() {
             assert!(report.workers.iter().all(|worker| worker.geometry_bytes_copied == 0));
             assert!(report.nodes.iter().all(|node| node.relative_data_transfer < 1.2));
             let sent: u64 = report.nodes.iter().map(|node| node.geometry_bytes_copied).sum();
-            assert_eq!((report.bytes_sent, sent > 0), (sent, leaders > 1));
+            assert_eq!(report.bytes_sent, sent);
+            // The master's own node may be done before any other has begun.
+            assert!(leaders > 1 || sent == 0);
         }
     }
 }
