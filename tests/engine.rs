@@ -145,7 +145,7 @@ fn workers_that_start_from_root_pairs_give_the_same_answers() {
     options.engine.transport = Transport::Pipe;
     options.engine.start_from = Some(StartFrom::Top);
     let mut engine = start(options.engine.clone(), options.program.clone()).unwrap();
-    let mut recorder = Recorder { answers: vec![], set_aside: vec![], on_result: |_| Ok(()) };
+    let mut recorder = Recorder::new(|_| Ok(()));
     let refused = scene.run_on(&mut *engine, &options, &mut recorder, &GO_ON).unwrap_err();
     assert!(matches!(refused, EngineError::TopNotShared), "{refused}");
 }
@@ -231,8 +231,7 @@ fn a_mesh_is_added_to_and_removed_from_a_running_engine() {
         options.engine.transport = transport;
         let mut engine = start(options.engine.clone(), options.program.clone()).unwrap();
         for scene in scenes.iter().chain(&scenes) {
-            let mut recorder =
-                Recorder { answers: vec![], set_aside: vec![], on_result: |_| Ok(()) };
+            let mut recorder = Recorder::new(|_| Ok(()));
             scene.run_on(&mut *engine, &options, &mut recorder, &GO_ON).unwrap();
             assert!(recorder.answers == scene.truth(), "{transport:?}");
         }

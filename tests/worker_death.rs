@@ -207,7 +207,7 @@ fn a_scenario_that_kills_three_workers_is_set_aside_and_the_rest_goes_on() {
         options.engine.transport = transport;
         options.wanted.pairs = 0;
         options.program = program.clone();
-        let mut recorder = Recorder { answers: vec![], set_aside: vec![], on_result: |_| Ok(()) };
+        let mut recorder = Recorder::new(|_| Ok(()));
         let mut engine = start(options.engine.clone(), options.program.clone()).unwrap();
         let report = scene.run_on(&mut *engine, &options, &mut recorder, &GO_ON).unwrap();
         assert_eq!((report.set_aside, recorder.set_aside), (vec![33], vec![33]));
@@ -255,16 +255,12 @@ fn a_worker_that_others_fetch_from_is_killed_and_no_scenario_is_lost() {
         let (_directory, program) = program_of_its_own();
         options.program = program;
         let place = Place::at(&options.program);
-        let mut recorder = Recorder {
-            answers: vec![],
-            set_aside: vec![],
-            on_result: |scenario| {
-                if [20, 60, 100].contains(&scenario) {
-                    kill(*place.workers().first().unwrap());
-                }
-                Ok(())
-            },
-        };
+        let mut recorder = Recorder::new(|scenario| {
+            if [20, 60, 100].contains(&scenario) {
+                kill(*place.workers().first().unwrap());
+            }
+            Ok(())
+        });
         let mut engine = start(options.engine.clone(), options.program.clone()).unwrap();
         let report = scene.run_on(&mut *engine, &options, &mut recorder, &GO_ON).unwrap();
         assert!(recorder.answers == truth, "{transport:?}");
@@ -282,16 +278,12 @@ fn a_worker_that_others_fetch_from_is_stopped_and_the_master_sends_what_it_has()
     let (_directory, program) = program_of_its_own();
     options.program = program;
     let place = Place::at(&options.program);
-    let mut recorder = Recorder {
-        answers: vec![],
-        set_aside: vec![],
-        on_result: |scenario| {
-            if scenario == 10 {
-                signal(*place.workers().first().unwrap(), "-STOP");
-            }
-            Ok(())
-        },
-    };
+    let mut recorder = Recorder::new(|scenario| {
+        if scenario == 10 {
+            signal(*place.workers().first().unwrap(), "-STOP");
+        }
+        Ok(())
+    });
     let mut engine = start(options.engine.clone(), options.program.clone()).unwrap();
     let report = scene.run_on(&mut *engine, &options, &mut recorder, &GO_ON).unwrap();
     assert!(recorder.answers == scene.truth());
@@ -324,8 +316,7 @@ fn chaos(mut options: Options, kills: u32, seed: u64) {
         let _end = TellsEnd(&is_over);
         let mut engine = start(options.engine.clone(), options.program.clone()).unwrap();
         while !killer.is_finished() {
-            let mut recorder =
-                Recorder { answers: vec![], set_aside: vec![], on_result: |_| Ok(()) };
+            let mut recorder = Recorder::new(|_| Ok(()));
             let run = scene.run_on(&mut *engine, &options, &mut recorder, &GO_ON);
             assert!(run.unwrap().set_aside.is_empty(), "{transport:?}, seed {seed}");
             assert!(recorder.answers == truth, "{transport:?}, seed {seed}");

@@ -49,7 +49,7 @@ pub(super) fn run(args: AccuracyArgs) -> Result<(), Failure> {
     }
     let report = Report::new(&scene, &measured, poses.len());
     if let Some(out) = &args.out {
-        write(out, &report.to_json())?;
+        report::write_output(out, Source::Accuracy, &report.to_json())?;
     }
     let text = if args.json { report.to_json() } else { table(&report) };
     terminal::print(&text).context("cannot print the figures")?;
@@ -114,12 +114,6 @@ impl<'a> Report<'a> {
             self.simd
         )
     }
-}
-
-/// What is drawn is read from what is written.
-fn write(out: &Path, json: &str) -> anyhow::Result<()> {
-    files::write(&out.join(Source::Accuracy.file()), json)?;
-    report::write_figures(out, &Source::Accuracy.section(out, json.to_owned())?.drawings)
 }
 
 fn table(report: &Report<'_>) -> String {

@@ -51,19 +51,13 @@ impl Files<'_> {
         self.out.map_or(Ok(()), files::make_folder)
     }
 
-    /// What is drawn is read from what is written.
     fn write(&self, source: Source, json: &str) -> anyhow::Result<()> {
-        if let Some(folder) = self.out {
-            files::write(&folder.join(source.file()), json)?;
-        }
-        if self.out.is_none() && self.svg.is_none() {
-            return Ok(());
-        }
-        let section = source.section(self.out.unwrap_or(Path::new("")), json.to_owned())?;
-        if let Some(folder) = self.out {
-            report::write_figures(folder, &section.drawings)?;
-        }
-        match (self.svg, section.drawings.first()) {
+        let drawings = match (self.out, self.svg) {
+            (Some(folder), _) => report::write_output(folder, source, json)?,
+            (None, Some(_)) => source.section(Path::new(""), json.to_owned())?.drawings,
+            (None, None) => return Ok(()),
+        };
+        match (self.svg, drawings.first()) {
             (Some(path), Some(drawing)) => files::write(path, &drawing.to_svg()?),
             _ => Ok(()),
         }

@@ -12,6 +12,7 @@ use super::args::ClusterArgs;
 use super::failure::Failure;
 use super::files::{make_folder, write};
 use super::prepare::{self, Both, Poses, Tree};
+use super::report::write_output;
 use super::{interrupt, request, terminal};
 use crate::experiment::cluster::config::{AnalysisCost, Config};
 use crate::experiment::cluster::record::{self, RecordError};
@@ -22,6 +23,7 @@ use crate::experiment::cluster::{figures, line, saturations, tables};
 use crate::experiment::latency::LatencyError;
 use crate::experiment::throughput::{self, ThroughputError};
 use crate::geometry::Pose;
+use crate::report::source::Source;
 use crate::scene::Scene;
 use crate::tree::roots::Cut;
 use crate::tree::{BuildOptions, TreeKind};
@@ -63,10 +65,11 @@ pub(super) fn run(args: &ClusterArgs) -> Result<(), Failure> {
         validated,
         simulated,
     );
+    let json = report.to_json();
     if let Some(out) = &args.out {
-        report.write(out)?;
+        write_output(out, Source::Cluster, &json)?;
     }
-    let text = if args.json { report.to_json() } else { report.text() };
+    let text = if args.json { json } else { report.text() };
     Ok(terminal::print(&text).context("cannot print the figures")?)
 }
 

@@ -11,12 +11,12 @@ use super::args::{EngineArgs, ExperimentArgs, SceneArgs};
 use super::failure::Failure;
 use super::prepare::{self, Poses};
 use super::request::{self, override_scene};
-use super::{files, interrupt, terminal};
+use super::{interrupt, report, terminal};
 use crate::experiment::evaluation::{
     ConfigError, Evaluation, Loaded, Outcome, Step, Store, StoreError, Vary, measure, setup,
 };
 use crate::geometry::simd::SimdLevel;
-use crate::report::figure::Table;
+use crate::report::source::Source;
 use crate::scene::Scene;
 use crate::tree::BuildOptions;
 
@@ -31,7 +31,7 @@ pub(super) fn run(args: ExperimentArgs) -> Result<(), Failure> {
     bar.finish_and_clear();
     // What was measured before a failure is worth being seen too.
     let outcome = Outcome::new(&evaluation, &setup, store.kept());
-    let written = write(&out, &outcome);
+    let written = report::write_output(&out, Source::Experiment, &outcome.to_json());
     let is_interrupted = match measured {
         Ok(()) => false,
         Err(Failure::Interrupted(_)) => true,
@@ -169,49 +169,10 @@ fn load(scene: &Scene, interrupt: &AtomicBool) -> Result<Loaded, Failure> {
     Ok(Loaded { fixed, moving, poses })
 }
 
-/// `experiment.json`, and each figure beside it.
-fn write(out: &Path, outcome: &Outcome<'_>) -> anyhow::Result<()> {
-    files::write(&out.join("experiment.json"), outcome.to_json())?;
-    for figure in &outcome.figures {
-        files::write(&out.join(format!("{}.svg", figure.name)), figure.to_svg()?)?;
-    }
-    Ok(())
-}
-
 fn text(outcome: &Outcome<'_>) -> String {
-    let mut text: String = outcome.tables.iter().map(|table| table_text(table) + "\n").collect();
+    let mut text: String = outcome.tables.iter().map(|table| table.to_text() + "\n").collect();
     for note in &outcome.notes {
         text += &format!("- {note}\n");
     }
     text
-}
-
-/// Columns as wide as their widest cell.
-fn table_text(table: &Table) -> String {
-    let mut text = format!("{}\n", table.title);
-    let lines = || [&table.columns].into_iter().chain(&table.rows);
-    let width = |column: usize| lines().map(|row| row[column].chars().count()).max().unwrap_or(0);
-    let widths: Vec<usize> = (0..table.columns.len()).map(width).collect();
-    for line in lines() {
-        for (cell, &width) in line.iter().zip(&widths) {
-            text += &format!("  {cell:>width$}");
-        }
-        text += "\n";
-    }
-    text
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn columns_are_as_wide_as_their_widest_cell() {
-        let table = Table {
-            title: "title".to_owned(),
-            columns: vec!["a".to_owned(), "long".to_owned()],
-            rows: vec![vec!["1234".to_owned(), "5".to_owned()]],
-        };
-        assert_eq!(table_text(&table), "title\n     a  long\n  1234     5\n");
-    }
 }

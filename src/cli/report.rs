@@ -9,7 +9,7 @@ use super::failure::Failure;
 use super::files::{make_folder, write};
 use super::terminal;
 use crate::report::figure::grouped;
-use crate::report::source::{Section, sections};
+use crate::report::source::{Section, Source, sections};
 use crate::report::{Drawing, page, svg_files};
 
 pub(super) fn run(args: &ReportArgs) -> Result<(), Failure> {
@@ -29,8 +29,16 @@ pub(super) fn run(args: &ReportArgs) -> Result<(), Failure> {
     Ok(terminal::print(&text).context("cannot print where the report is")?)
 }
 
+/// A command's output and its figures beside it. What is drawn is read from what is written.
+pub(super) fn write_output(out: &Path, source: Source, json: &str) -> anyhow::Result<Vec<Drawing>> {
+    write(&out.join(source.file()), json)?;
+    let drawings = source.section(out, json.to_owned())?.drawings;
+    write_figures(out, &drawings)?;
+    Ok(drawings)
+}
+
 /// Each as a file of its name in a directory, which is made where there is none.
-pub(super) fn write_figures<'a>(
+fn write_figures<'a>(
     folder: &Path,
     drawings: impl IntoIterator<Item = &'a Drawing>,
 ) -> anyhow::Result<()> {

@@ -1,5 +1,6 @@
 //! OBB tree distributed nodes indicator (section 6.4.5 and table 1 of the paper).
 
+use super::bits::Bits;
 use crate::tree::roots::DistributedRoot;
 
 /// The bounding volume vector of one scenario and one tree: per distributed root the number of
@@ -38,30 +39,25 @@ impl TreeIndicator {
     }
 }
 
-/// Which distributed roots of one tree a client has been given: a bit each, 1 or else 0, so that what
-/// thousands of clients have stays near the processor.
+/// Which distributed roots of one tree a client has been given: 1 or else 0.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ClientIndicator {
-    given: Vec<u64>,
+    given: Bits,
 }
 
 impl ClientIndicator {
     /// The sum of the products of the two vectors.
     pub fn score(&self, scenario: &TreeIndicator) -> u64 {
-        if self.given.is_empty() {
+        if self.given.is_roomless() {
             return 0;
         }
         // Multiplied rather than skipped: which they have nobody can foresee.
-        let product = |&(number, n): &(u32, u32)| self.bit(number) * u64::from(n);
+        let product = |&(number, n): &(u32, u32)| self.given.bit(number as usize) * u64::from(n);
         scenario.taking_part.iter().map(product).sum()
     }
 
     pub fn has(&self, number: u32) -> bool {
-        self.bit(number) == 1
-    }
-
-    fn bit(&self, number: u32) -> u64 {
-        self.given.get(number as usize / 64).map_or(0, |word| word >> (number % 64) & 1)
+        self.given.bit(number as usize) == 1
     }
 
     /// It was given a whole tree in one piece.
@@ -71,36 +67,27 @@ impl ClientIndicator {
 
     /// It has the tree, which is cut at so many roots.
     pub fn give_all(&mut self, roots: usize) {
-        self.given = vec![0; roots.div_ceil(64)];
-        for number in 0..roots as u32 {
-            self.switch_on(number);
+        self.given = Bits::below(roots);
+        for number in 0..roots {
+            self.given.insert(number);
         }
     }
 
     /// Switches back to 0 what it was not given after all.
     pub fn take_back(&mut self, number: u32) {
-        self.given[number as usize / 64] &= !(1 << (number % 64));
+        self.given.remove(number as usize);
     }
 
     /// Switches to 1 what the scenario adds, and tells `added` of each.
     pub fn give(&mut self, scenario: &TreeIndicator, mut added: impl FnMut(u32)) {
         if let Some(&(last, _)) = scenario.taking_part.last() {
-            let words = self.given.len().max(last as usize / 64 + 1);
-            self.given.resize(words, 0);
+            self.given.reach(last as usize + 1);
         }
         for &(number, _) in &scenario.taking_part {
-            if self.switch_on(number) {
+            if self.given.insert(number as usize) {
                 added(number);
             }
         }
-    }
-
-    /// Returns whether this changes it.
-    fn switch_on(&mut self, number: u32) -> bool {
-        let (word, bit) = (&mut self.given[number as usize / 64], 1 << (number % 64));
-        let is_new = *word & bit == 0;
-        *word |= bit;
-        is_new
     }
 }
 

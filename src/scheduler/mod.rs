@@ -17,6 +17,7 @@
 //! | [`collection`], [`result_order`] | replies become results in scenario order |
 
 pub mod assignment;
+mod bits;
 pub mod client_manager;
 pub mod collection;
 mod engine_report;

@@ -155,10 +155,10 @@ impl Sources {
         for (_, sent) in &there {
             self.is_over(sent);
             fetched += sent.fetches.iter().map(|fetching| fetching.bytes).sum::<u64>();
+            if self.nodes[node].is_waited_at {
+                continue; // Filed as it was sent.
+            }
             for (tree, roots) in sent.subtrees.iter().enumerate() {
-                if self.nodes[node].is_waited_at {
-                    continue;
-                }
                 roots.iter().for_each(|&root| self.holders[tree][root as usize].push(node));
             }
         }

@@ -3,13 +3,16 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::bits::Bits;
+
 /// Scenarios in a client's buffer, and its number: who comes first takes first.
 type Taker = (usize, usize);
 
 /// Unclaimed clients with equally many tasks: they could begin the scenario equally soon.
 #[derive(Clone, Debug)]
 pub struct Takers {
-    members: Members,
+    members: Bits,
+    count: usize,
     of_node: Vec<BTreeSet<Taker>>,
     /// The first of each node.
     emptiest: BTreeSet<Taker>,
@@ -18,11 +21,11 @@ pub struct Takers {
 impl Takers {
     fn new(clients: usize, nodes: usize) -> Self {
         let of_node = vec![BTreeSet::new(); nodes];
-        Self { members: Members::new(clients), of_node, emptiest: BTreeSet::new() }
+        Self { members: Bits::below(clients), count: 0, of_node, emptiest: BTreeSet::new() }
     }
 
     pub fn count(&self) -> usize {
-        self.members.count
+        self.count
     }
 
     /// In ascending order of their numbers, from 0.
@@ -51,47 +54,14 @@ impl Takers {
 
     fn insert(&mut self, node: usize, taker: Taker) {
         self.members.insert(taker.1);
+        self.count += 1;
         self.change(node, |own| own.insert(taker));
     }
 
     fn remove(&mut self, node: usize, taker: Taker) {
         self.members.remove(taker.1);
-        self.change(node, |own| own.remove(&taker));
-    }
-}
-
-/// A set of clients that finds its nth.
-#[derive(Clone, Debug)]
-struct Members {
-    words: Vec<u64>,
-    count: usize,
-}
-
-impl Members {
-    fn new(clients: usize) -> Self {
-        Self { words: vec![0; clients.div_ceil(64)], count: 0 }
-    }
-
-    fn insert(&mut self, client: usize) {
-        self.words[client / 64] |= 1 << (client % 64);
-        self.count += 1;
-    }
-
-    fn remove(&mut self, client: usize) {
-        self.words[client / 64] &= !(1 << (client % 64));
         self.count -= 1;
-    }
-
-    fn nth(&self, mut n: usize) -> Option<usize> {
-        for (at, &word) in self.words.iter().enumerate() {
-            let here = word.count_ones() as usize;
-            if n < here {
-                let rest = (0..n).fold(word, |rest, _| rest & (rest - 1));
-                return Some(64 * at + rest.trailing_zeros() as usize);
-            }
-            n -= here;
-        }
-        None
+        self.change(node, |own| own.remove(&taker));
     }
 }
 

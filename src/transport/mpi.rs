@@ -161,9 +161,7 @@ impl World {
             }
         }
     }
-}
 
-impl World {
     /// Takes leave of all others. Returns whether they have done so too.
     fn ends_with_others(&mut self) -> bool {
         let deadline = Instant::now() + PATIENCE;

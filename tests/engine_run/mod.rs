@@ -114,8 +114,7 @@ impl Scene {
 
     /// Over whatever transport the options name.
     pub fn run(&self, options: &Options) -> (EngineReport, Vec<Answer>) {
-        let mut recorder =
-            Recorder { answers: Vec::new(), set_aside: vec![], on_result: |_| Ok(()) };
+        let mut recorder = Recorder::new(|_| Ok(()));
         let mut engine = start(options.engine.clone(), options.program.clone()).unwrap();
         let interrupt = AtomicBool::new(false);
         let report = self.run_on(&mut *engine, options, &mut recorder, &interrupt).unwrap();
@@ -150,7 +149,13 @@ pub fn options(workers: u32) -> Options {
 pub struct Recorder<F> {
     pub answers: Vec<Answer>,
     pub set_aside: Vec<u32>,
-    pub on_result: F,
+    on_result: F,
+}
+
+impl<F: FnMut(u32) -> io::Result<()>> Recorder<F> {
+    pub fn new(on_result: F) -> Self {
+        Self { answers: Vec::new(), set_aside: Vec::new(), on_result }
+    }
 }
 
 impl<F: FnMut(u32) -> io::Result<()>> ResultSink for Recorder<F> {
@@ -201,8 +206,7 @@ impl Place {
         let transport = SharedMemory::create(self.base(), &needs(&options.engine)).unwrap();
         let prefixes = self.prefixes();
         assert!(!shared_memory_files(&prefixes).is_empty(), "cannot see the run's files");
-        let mut recorder =
-            Recorder { answers: Vec::new(), set_aside: vec![], on_result: &mut on_result };
+        let mut recorder = Recorder::new(&mut on_result);
         let processes = Processes { program: options.program.clone() };
         let engine = Engine::start(transport, processes, options.engine.clone());
         let report = engine

@@ -84,7 +84,7 @@ fn what_a_worker_was_sent_in_one_run_others_fetch_from_it_in_another() {
     };
     let truth = &scene.truth()[..1];
     let mut run = || {
-        let mut recorder = Recorder { answers: vec![], set_aside: vec![], on_result: |_| Ok(()) };
+        let mut recorder = Recorder::new(|_| Ok(()));
         let report = engine.run(&work, &mut recorder, &AtomicBool::new(false)).unwrap();
         assert!(recorder.answers == truth);
         (report.bytes_sent, report.transfer.bytes_from_workers)

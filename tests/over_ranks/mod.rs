@@ -55,7 +55,7 @@ fn run(
     options: &Options,
 ) -> (EngineReport, Vec<Answer>) {
     with_engine(machines, node, options, |engine, _| {
-        let mut recorder = Recorder { answers: vec![], set_aside: vec![], on_result: |_| Ok(()) };
+        let mut recorder = Recorder::new(|_| Ok(()));
         let report = scene.run_on(engine, options, &mut recorder, &GO_ON).unwrap();
         (report, recorder.answers)
     })
@@ -181,7 +181,7 @@ fn workers_of_nodes_that_exchange_subtrees_are_killed_and_no_scenario_is_lost() 
                 }
                 Ok(())
             };
-            let mut recorder = Recorder { answers: vec![], set_aside: vec![], on_result };
+            let mut recorder = Recorder::new(on_result);
             let report = scene.run_on(engine, &options, &mut recorder, &GO_ON).unwrap();
             (report, recorder.answers)
         });
@@ -197,8 +197,7 @@ fn what_a_node_was_sent_in_one_run_others_get_from_it_in_another() {
     let options = exchanging(SubtreesFrom::Workers);
     with_engine(&[0, 1, 2, 3], NodeIs::Machine, &options, |engine, _| {
         for scene in [&large, &small, &large] {
-            let mut recorder =
-                Recorder { answers: vec![], set_aside: vec![], on_result: |_| Ok(()) };
+            let mut recorder = Recorder::new(|_| Ok(()));
             let report = scene.run_on(engine, &options, &mut recorder, &GO_ON).unwrap();
             assert!(recorder.answers == scene.truth());
             assert!(report.transfer.bytes_from_workers > 0);
@@ -218,7 +217,7 @@ fn a_worker_that_dies_on_another_node_is_replaced_there_and_loses_no_scenario() 
                     }
                     Ok(())
                 };
-                let mut recorder = Recorder { answers: vec![], set_aside: vec![], on_result };
+                let mut recorder = Recorder::new(on_result);
                 let report = scene.run_on(engine, &options(1), &mut recorder, &GO_ON).unwrap();
                 (report, recorder.answers)
             });
@@ -243,7 +242,7 @@ fn when_nobody_is_left_the_last_words_of_another_node_are_told() {
             }
             Ok(())
         };
-        let mut recorder = Recorder { answers: vec![], set_aside: vec![], on_result };
+        let mut recorder = Recorder::new(on_result);
         scene.run_on(engine, &options, &mut recorder, &GO_ON).unwrap_err()
     });
     assert!(matches!(refused, EngineError::AllWorkersDied { .. }), "{refused}");
@@ -273,8 +272,7 @@ fn an_engine_over_nodes_takes_one_run_after_the_other() {
     let (small, large) = (Scene::new(12, 30), Scene::new(30, 50));
     with_engine(&[0, 1, 1], NodeIs::Machine, &options(1), |engine, _| {
         for scene in [&small, &large, &small] {
-            let mut recorder =
-                Recorder { answers: vec![], set_aside: vec![], on_result: |_| Ok(()) };
+            let mut recorder = Recorder::new(|_| Ok(()));
             let report = scene.run_on(engine, &options(1), &mut recorder, &GO_ON).unwrap();
             assert!(recorder.answers == scene.truth());
             assert!(report.nodes[1].relative_data_transfer < 1.2);

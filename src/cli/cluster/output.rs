@@ -1,10 +1,7 @@
 //! `cluster.json`, the figures beside it, and what is printed.
 
-use std::path::Path;
-
 use serde::Serialize;
 
-use crate::cli::files::write;
 use crate::experiment::cluster::Saturation;
 use crate::experiment::cluster::recording::{Recording, Subject};
 use crate::experiment::cluster::sweep::Simulated;
@@ -92,19 +89,12 @@ impl ClusterReport {
         serde_json::to_string_pretty(self).expect("string keys and plain values") + "\n"
     }
 
-    pub fn write(&self, out: &Path) -> anyhow::Result<()> {
-        for figure in &self.figures {
-            write(&out.join(format!("{}.svg", figure.name)), &figure.to_svg()?)?;
-        }
-        write(&out.join("cluster.json"), self.to_json())
-    }
-
     pub fn text(&self) -> String {
         let Recorded { scenarios, serial_s, processor, .. } = &self.recorded;
         let mut text =
             format!("recorded: {scenarios} scenarios, {serial_s:.3} s serially on {processor}\n");
         for table in &self.tables {
-            text += &format!("\n{}\n{}", table.title, aligned(table));
+            text += &format!("\n{}", table.to_text());
         }
         if !self.notes.is_empty() {
             text += "\n";
@@ -114,18 +104,6 @@ impl ClusterReport {
         }
         text
     }
-}
-
-/// Columns as wide as their widest cell, numbers to the right.
-fn aligned(table: &Table) -> String {
-    let lines = || [&table.columns].into_iter().chain(&table.rows);
-    let width = |column: usize| lines().map(|line| line[column].chars().count()).max().unwrap_or(0);
-    let widths: Vec<_> = (0..table.columns.len()).map(width).collect();
-    let line = |cells: &Vec<String>| {
-        let cells = cells.iter().zip(&widths).map(|(cell, &width)| format!("{cell:>width$}"));
-        cells.collect::<Vec<_>>().join("  ") + "\n"
-    };
-    lines().map(line).collect()
 }
 
 /// What messages were found to cost; none if nothing was validated.

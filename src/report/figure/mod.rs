@@ -201,6 +201,21 @@ impl Figure {
 }
 
 impl Table {
+    /// For a terminal: a title, and columns as wide as their widest cell.
+    pub fn to_text(&self) -> String {
+        let lines = || [&self.columns].into_iter().chain(&self.rows);
+        let width = |column: usize| lines().map(|row| row[column].chars().count()).max();
+        let widths: Vec<_> = (0..self.columns.len()).filter_map(width).collect();
+        let mut text = format!("{}\n", self.title);
+        for line in lines() {
+            for (cell, &width) in line.iter().zip(&widths) {
+                text += &format!("  {cell:>width$}");
+            }
+            text += "\n";
+        }
+        text
+    }
+
     pub(super) fn check(&self) -> Result<(), FigureError> {
         let ragged = self.rows.iter().position(|row| row.len() != self.columns.len());
         let table = || self.title.clone();

@@ -194,3 +194,13 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn columns_of_a_text_are_as_wide_as_their_widest_cell() {
+    let table = Table {
+        title: "title".to_owned(),
+        columns: vec!["a".to_owned(), "long".to_owned()],
+        rows: vec![vec!["1234".to_owned(), "5".to_owned()]],
+    };
+    assert_eq!(table.to_text(), "title\n     a  long\n  1234     5\n");
+}

@@ -41,7 +41,7 @@ pub(super) enum Way {
     ByNode(usize),
 }
 
-/// To whom geometry can be published: to nobody, to all workers, or to those of this node.
+/// Where what is published is seen: nowhere, by workers everywhere, or by those in this node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Published {
     Nowhere,

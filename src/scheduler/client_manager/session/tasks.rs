@@ -78,12 +78,12 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
     /// Effects look at whole trees.
     fn send_whole(&mut self, client: usize, side: usize) -> Result<(), EngineError> {
         if self.planned.is_some() {
-            let source =
-                match (&mut self.sources, self.supply.way(self.assignment.nodes.of(client))) {
-                    (Some(sources), Way::ByNode(node)) => sources.send_ahead(node, side, 0),
-                    // What a worker cannot fetch it reports as of a task, and it has none yet.
-                    _ => Source::Master,
-                };
+            let way = self.way(client);
+            let source = match (&mut self.sources, way) {
+                (Some(sources), Way::ByNode(node)) => sources.send_ahead(node, side, 0),
+                // What a worker cannot fetch it reports as of a task, and it has none yet.
+                _ => Source::Master,
+            };
             self.get_subtree(client, (side, 0), source)?;
             self.assignment.nodes.of_client_mut(client).give_whole(side);
         }
