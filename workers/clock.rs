@@ -1,5 +1,7 @@
 //! Clocks that the standard library does not have.
 
+use std::time::{Duration, Instant};
+
 /// Nanoseconds since the machine was started, the same in all processes.
 pub fn machine_ns() -> u64 {
     read(libc::CLOCK_MONOTONIC)
@@ -8,6 +10,18 @@ pub fn machine_ns() -> u64 {
 /// Nanoseconds that this thread has run: what else runs on the machine does not count.
 pub fn thread_ns() -> u64 {
     read(libc::CLOCK_THREAD_CPUTIME_ID)
+}
+
+/// Sleepers are woken late by less than this.
+const LATE: Duration = Duration::from_micros(150);
+
+/// To the microsecond.
+pub fn sleep_until(moment: Instant) {
+    let rest = moment.saturating_duration_since(Instant::now());
+    std::thread::sleep(rest.saturating_sub(LATE));
+    while Instant::now() < moment {
+        std::hint::spin_loop();
+    }
 }
 
 fn read(clock: libc::clockid_t) -> u64 {

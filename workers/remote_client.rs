@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::ops::Deref;
 use std::time::{Duration, Instant};
 
-use super::clock::thread_ns;
+use super::clock::{sleep_until, thread_ns};
 use super::result_buffer::ResultBuffer;
 use super::tree_store::TreeStore;
 use super::{Bookmark, WorkerError};
@@ -217,7 +217,7 @@ impl Calculator<'_> {
         store: &'s S,
         boxes: &mut Option<(BoxesOf, PreAnalysis<'s>)>,
     ) -> Result<(AnswerRecord, Option<CostRecord>), WorkerError> {
-        let begin = Instant::now();
+        let begin = Begin::now(self.slowdown);
         self.pairs.clear();
         self.words.clear();
         let outcome = match query.wanted.accuracy {
@@ -229,7 +229,7 @@ impl Calculator<'_> {
             let answer = self.say(query, count, store)?;
             Ok((answer, cost))
         });
-        let compute_ns = self.elapsed_ns(begin);
+        let compute_ns = begin.elapsed_ns(self.slowdown);
         let Query { scenario, wanted, .. } = *query;
         match outcome {
             Ok(((count, hash), cost)) => {
@@ -378,16 +378,29 @@ impl Calculator<'_> {
         };
         Ok((of, analysis))
     }
+}
 
-    /// Since then, and as on a machine that is slower by the slowdown.
-    fn elapsed_ns(&self, begin: Instant) -> u64 {
-        if self.slowdown != Slowdown::NONE {
-            let end = begin + begin.elapsed().mul_f64(self.slowdown.factor());
-            while Instant::now() < end {
-                std::hint::spin_loop();
-            }
+/// When a scenario was begun.
+struct Begin {
+    at: Instant,
+    /// Of this thread, which may have to wait for a core in between; 0 where nothing depends on it.
+    ran_ns: u64,
+}
+
+impl Begin {
+    fn now(slowdown: Slowdown) -> Self {
+        let ran_ns = if slowdown == Slowdown::NONE { 0 } else { thread_ns() };
+        Self { at: Instant::now(), ran_ns }
+    }
+
+    /// As it would be on a core that is slower by the slowdown, and nobody else's: what this one has left
+    /// over others can use.
+    fn elapsed_ns(self, slowdown: Slowdown) -> u64 {
+        if slowdown != Slowdown::NONE {
+            let ran = Duration::from_nanos(thread_ns() - self.ran_ns);
+            sleep_until(self.at + ran.mul_f64(slowdown.factor()));
         }
-        u64::try_from(begin.elapsed().as_nanos()).unwrap_or(u64::MAX)
+        u64::try_from(self.at.elapsed().as_nanos()).unwrap_or(u64::MAX)
     }
 }
 

@@ -173,6 +173,11 @@ fn a_page_that_cannot_be_written_is_an_error() {
 fn the_commands_of_the_readme_make_the_example() {
     let readme = include_str!("../../README.md");
     let place = Place::new();
+    // What other commands of it have made, tested by themselves.
+    for (folder, kind) in [("results", "cluster"), ("experiment-depth", "experiment")] {
+        fs::create_dir(place.path(folder)).unwrap();
+        place.write(&format!("{folder}/{kind}.json"), &measured(kind, "depth"));
+    }
     for (command, more) in [
         (
             "bumper run --out results/run",
@@ -186,7 +191,7 @@ fn the_commands_of_the_readme_make_the_example() {
             "bumper bench transport --out results/bench",
             &["--seconds", "0.01", "--bytes", "64,4096"],
         ),
-        ("bumper report results/run results/accuracy results/bench", &[]),
+        ("bumper report results/run results/accuracy results/bench results experiment-depth", &[]),
     ] {
         assert!(readme.contains(&format!("\n{command}\n")), "{command}");
         let words: Vec<&str> = command.split_whitespace().skip(1).collect();
@@ -201,5 +206,5 @@ fn the_commands_of_the_readme_make_the_example() {
         succeeded(&place.bumper(&words).current_dir(place.path("")).output().unwrap());
     }
     let page = fs::read_to_string(place.path("report.html")).unwrap();
-    assert_eq!(embedded(&page).len(), 3);
+    assert_eq!(embedded(&page).len(), 5);
 }
