@@ -1,6 +1,6 @@
 use std::arch::x86_64::*;
 
-use super::{InstructionSet, Lanes, Row};
+use super::{InstructionSet, Kernel, Lanes, Row};
 
 /// Proof that the processor has AVX2, FMA and BMI2.
 #[derive(Clone, Copy, Debug)]
@@ -33,6 +33,11 @@ impl InstructionSet for Avx2 {
     fn prefetch<T>(self, at: *const T) {
         // SAFETY: a prefetch of any address is harmless.
         unsafe { _mm_prefetch::<_MM_HINT_T0>(at.cast()) }
+    }
+
+    #[inline(always)]
+    fn part<K: Kernel>(self, part: K) -> K::Output {
+        part.run(self)
     }
 }
 

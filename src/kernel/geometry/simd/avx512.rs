@@ -1,7 +1,7 @@
 use std::arch::x86_64::*;
 
 use super::avx2::Avx2;
-use super::{InstructionSet, Lanes, Row};
+use super::{InstructionSet, Kernel, Lanes, Row};
 
 /// Proof that the processor has AVX-512 F, DQ, BW and VL, and all that [`Avx2`] stands for.
 #[derive(Clone, Copy, Debug)]
@@ -34,6 +34,11 @@ impl InstructionSet for Avx512Set {
     #[inline(always)]
     fn prefetch<T>(self, at: *const T) {
         self.0.prefetch(at);
+    }
+
+    #[inline(always)]
+    fn part<K: Kernel>(self, part: K) -> K::Output {
+        part.run(self)
     }
 }
 

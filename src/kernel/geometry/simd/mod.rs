@@ -120,4 +120,8 @@ pub trait InstructionSet: Copy {
     fn most(self) -> Self::Most;
     /// Asks for the cache line at `at` ahead of its use; any address will do.
     fn prefetch<T>(self, at: *const T);
+    /// A part of a kernel: in place where instructions are switched on, which calls would lose. In plain
+    /// Rust, which has many more instructions for the same, a function of its own: what compilers take
+    /// for a function grows faster than its length.
+    fn part<K: Kernel>(self, part: K) -> K::Output;
 }

@@ -1,6 +1,31 @@
-use std::array::from_fn;
+use super::{InstructionSet, Kernel, Lanes, Row};
 
-use super::{InstructionSet, Lanes, Row};
+/// An array of what an expression is for each index. Written out in place: the closures of
+/// [`std::array::from_fn`] are left as calls in functions as long as a kernel is.
+macro_rules! each {
+    ($i:ident => $value:expr) => {{
+        let mut all = [Default::default(); _];
+        let mut $i = 0;
+        while $i < all.len() {
+            all[$i] = $value;
+            $i += 1;
+        }
+        all
+    }};
+}
+
+/// The bits of an expression for each of eight lanes, together.
+macro_rules! any_of {
+    ($i:ident => $bits:expr) => {{
+        let mut all = 0;
+        let mut $i = 0;
+        while $i < 8 {
+            all |= $bits;
+            $i += 1;
+        }
+        all
+    }};
+}
 
 /// Plain Rust over eight lanes, for the compiler to vectorise.
 #[derive(Clone, Copy, Debug)]
@@ -22,6 +47,11 @@ impl InstructionSet for Portable {
 
     #[inline(always)]
     fn prefetch<T>(self, _at: *const T) {}
+
+    #[inline(never)]
+    fn part<K: Kernel>(self, part: K) -> K::Output {
+        part.run(self)
+    }
 }
 
 impl Lanes for Portable {
@@ -38,7 +68,7 @@ impl Lanes for Portable {
 
     #[inline(always)]
     fn load(self, from: &[f32]) -> [f32; 8] {
-        from_fn(|i| from[i])
+        each!(i => from[i])
     }
 
     #[inline(always)]
@@ -48,78 +78,78 @@ impl Lanes for Portable {
 
     #[inline(always)]
     fn add(self, a: [f32; 8], b: [f32; 8]) -> [f32; 8] {
-        from_fn(|i| a[i] + b[i])
+        each!(i => a[i] + b[i])
     }
 
     #[inline(always)]
     fn sub(self, a: [f32; 8], b: [f32; 8]) -> [f32; 8] {
-        from_fn(|i| a[i] - b[i])
+        each!(i => a[i] - b[i])
     }
 
     #[inline(always)]
     fn mul(self, a: [f32; 8], b: [f32; 8]) -> [f32; 8] {
-        from_fn(|i| a[i] * b[i])
+        each!(i => a[i] * b[i])
     }
 
     #[inline(always)]
     fn div(self, a: [f32; 8], b: [f32; 8]) -> [f32; 8] {
-        from_fn(|i| a[i] / b[i])
+        each!(i => a[i] / b[i])
     }
 
     // Not f32::mul_add, which is a call where there is no such instruction.
     #[inline(always)]
     fn mul_add(self, a: [f32; 8], b: [f32; 8], c: [f32; 8]) -> [f32; 8] {
-        from_fn(|i| a[i] * b[i] + c[i])
+        each!(i => a[i] * b[i] + c[i])
     }
 
     #[inline(always)]
     fn mul_sub(self, a: [f32; 8], b: [f32; 8], c: [f32; 8]) -> [f32; 8] {
-        from_fn(|i| a[i] * b[i] - c[i])
+        each!(i => a[i] * b[i] - c[i])
     }
 
     #[inline(always)]
     fn abs(self, a: [f32; 8]) -> [f32; 8] {
-        from_fn(|i| a[i].abs())
+        each!(i => a[i].abs())
     }
 
     #[inline(always)]
     fn min(self, a: [f32; 8], b: [f32; 8]) -> [f32; 8] {
-        from_fn(|i| if a[i] < b[i] { a[i] } else { b[i] })
+        each!(i => if a[i] < b[i] { a[i] } else { b[i] })
     }
 
     #[inline(always)]
     fn max(self, a: [f32; 8], b: [f32; 8]) -> [f32; 8] {
-        from_fn(|i| if a[i] > b[i] { a[i] } else { b[i] })
+        each!(i => if a[i] > b[i] { a[i] } else { b[i] })
     }
 
     #[inline(always)]
     fn le(self, a: [f32; 8], b: [f32; 8]) -> [bool; 8] {
-        from_fn(|i| a[i] <= b[i])
+        each!(i => a[i] <= b[i])
     }
 
     #[inline(always)]
     fn and(self, a: [bool; 8], b: [bool; 8]) -> [bool; 8] {
-        from_fn(|i| a[i] & b[i])
+        each!(i => a[i] & b[i])
     }
 
     #[inline(always)]
     fn or(self, a: [bool; 8], b: [bool; 8]) -> [bool; 8] {
-        from_fn(|i| a[i] | b[i])
+        each!(i => a[i] | b[i])
     }
 
     #[inline(always)]
     fn xor(self, a: [bool; 8], b: [bool; 8]) -> [bool; 8] {
-        from_fn(|i| a[i] ^ b[i])
+        each!(i => a[i] ^ b[i])
     }
 
     #[inline(always)]
     fn select(self, m: [bool; 8], yes: [f32; 8], no: [f32; 8]) -> [f32; 8] {
-        from_fn(|i| if m[i] { yes[i] } else { no[i] })
+        each!(i => if m[i] { yes[i] } else { no[i] })
     }
 
     #[inline(always)]
     fn bits(self, m: [bool; 8]) -> u32 {
-        (0..8).fold(0, |bits, i| bits | u32::from(m[i]) << i)
+        any_of!(i => u32::from(m[i]) << i)
     }
 
     #[inline(always)]
@@ -129,7 +159,7 @@ impl Lanes for Portable {
 
     #[inline(always)]
     fn load_u(self, from: &[u32]) -> [u32; 8] {
-        from_fn(|i| from[i])
+        each!(i => from[i])
     }
 
     #[inline(always)]
@@ -139,52 +169,54 @@ impl Lanes for Portable {
 
     #[inline(always)]
     fn and_u(self, a: [u32; 8], b: [u32; 8]) -> [u32; 8] {
-        from_fn(|i| a[i] & b[i])
+        each!(i => a[i] & b[i])
     }
 
     #[inline(always)]
     fn top_bits(self, a: [u32; 8]) -> u32 {
-        (0..8).fold(0, |bits, i| bits | a[i] >> 31 << i)
+        any_of!(i => a[i] >> 31 << i)
     }
 
     #[inline(always)]
     fn add_u(self, a: [u32; 8], b: [u32; 8]) -> [u32; 8] {
-        from_fn(|i| a[i].wrapping_add(b[i]))
+        each!(i => a[i].wrapping_add(b[i]))
     }
 
     #[inline(always)]
     fn compress(self, bits: u32, x: [u32; 8]) -> [u32; 8] {
         let (mut front, mut count) = ([0; 8], 0);
-        for (lane, x) in x.into_iter().enumerate() {
-            front[count & 7] = x;
+        let mut lane = 0;
+        while lane < 8 {
+            front[count & 7] = x[lane];
             count += (bits >> lane & 1) as usize;
+            lane += 1;
         }
         front
     }
 
     #[inline(always)]
     fn lookup(self, table: &Row, index: [u32; 8]) -> [f32; 8] {
-        index.map(|i| table[(i & 7) as usize])
+        each!(i => table[(index[i] & 7) as usize])
     }
 
     #[inline(always)]
     fn lookup_u(self, table: &[u32; 8], index: [u32; 8]) -> [u32; 8] {
-        index.map(|i| table[(i & 7) as usize])
+        each!(i => table[(index[i] & 7) as usize])
     }
 
     #[inline(always)]
     fn transpose(self, records: &[&[f32; 16]]) -> [[f32; 8]; 16] {
-        from_fn(|word| from_fn(|lane| records[lane][word]))
+        each!(word => each!(lane => records[lane][word]))
     }
 
     #[inline(always)]
     fn widen(self, x: [f32; 8]) -> [[f64; 4]; 2] {
-        from_fn(|half| from_fn(|i| f64::from(x[4 * half + i])))
+        each!(half => each!(i => f64::from(x[4 * half + i])))
     }
 
     #[inline(always)]
     fn narrow(self, x: [[f64; 4]; 2]) -> [f32; 8] {
-        from_fn(|i| x[i / 4][i % 4] as f32)
+        each!(i => x[i / 4][i % 4] as f32)
     }
 
     #[inline(always)]
@@ -194,12 +226,12 @@ impl Lanes for Portable {
 
     #[inline(always)]
     fn sub_d(self, a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
-        from_fn(|i| a[i] - b[i])
+        each!(i => a[i] - b[i])
     }
 
     #[inline(always)]
     fn mul_add_d(self, a: [f64; 4], b: [f64; 4], c: [f64; 4]) -> [f64; 4] {
-        from_fn(|i| a[i] * b[i] + c[i])
+        each!(i => a[i] * b[i] + c[i])
     }
 
     #[inline(always)]
@@ -214,6 +246,6 @@ impl Lanes for Portable {
 
     #[inline(always)]
     fn pairs(self, codes: [u32; 8]) -> [[u32; 8]; 2] {
-        [codes.map(|code| code >> 3 & 7), codes.map(|code| code & 7)]
+        [each!(i => codes[i] >> 3 & 7), each!(i => codes[i] & 7)]
     }
 }

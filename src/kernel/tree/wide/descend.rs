@@ -99,7 +99,7 @@ impl<K: Sink, D: Decision> Descend<'_, K, D> {
     fn drain<S: InstructionSet>(&mut self, set: S) {
         let mut postponed: Vec<Postponed> = Vec::new();
         loop {
-            let full = self.work(set);
+            let full = set.part(Work(&mut *self));
             if self.sink.has_enough() {
                 return;
             }
@@ -120,12 +120,19 @@ impl<K: Sink, D: Decision> Descend<'_, K, D> {
             }
         }
     }
+}
 
+/// Until nothing waits, the sink has enough, or the room runs out.
+struct Work<'w, 'a, K, D>(&'w mut Descend<'a, K, D>);
+
+impl<K: Sink, D: Decision> Kernel for Work<'_, '_, K, D> {
     /// Whether it stopped because the room ran out.
+    type Output = bool;
+
     #[inline(always)]
-    fn work<S: InstructionSet>(&mut self, set: S) -> bool {
+    fn run<S: InstructionSet>(self, set: S) -> bool {
         let lanes = set.eight();
-        let Self { fixed, moving, place, queues, stage, sink, .. } = self;
+        let Descend { fixed, moving, place, queues, stage, sink, .. } = self.0;
         let Queues { fixed: to_fixed, moving: to_moving, leaves } = &mut **queues;
         let hurry = sink.hurry();
         let enough = if hurry { S::Most::COUNT } else { ROUND };
@@ -154,7 +161,7 @@ impl<K: Sink, D: Decision> Descend<'_, K, D> {
             }
             let last = to_fixed.waiting() == 0 && to_moving.waiting() == 0;
             if last || leaves.waiting() >= enough {
-                stage.round(set, leaves, last, *sink);
+                set.part(stage.round(leaves, last, *sink));
                 if last || sink.has_enough() {
                     return false;
                 }

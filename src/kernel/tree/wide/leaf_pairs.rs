@@ -7,7 +7,7 @@ use super::outcome::{ByRank, Outcome};
 use super::place::LeafPlace;
 use super::queue::Queue;
 use super::triangles::{Decided, Faced};
-use crate::geometry::simd::{InstructionSet, Lanes};
+use crate::geometry::simd::{InstructionSet, Kernel, Lanes};
 use crate::tree::TreeView;
 use crate::tree::sink::Sink;
 
@@ -77,19 +77,37 @@ impl<D: Decision> LeafStage<'_, D> {
 
     /// Works on what waits in whole vectors, and at last on all.
     #[inline(always)]
-    pub fn round<S: InstructionSet, K: Sink>(
-        &mut self,
-        set: S,
-        waiting: &mut Queue,
+    pub fn round<'r, K: Sink>(
+        &'r mut self,
+        waiting: &'r mut Queue,
         last: bool,
-        sink: &mut K,
-    ) {
+        sink: &'r mut K,
+    ) -> impl Kernel<Output = ()> {
+        WholeVectors { stage: self, waiting, last, sink }
+    }
+}
+
+struct WholeVectors<'r, 'a, D, K> {
+    stage: &'r mut LeafStage<'a, D>,
+    waiting: &'r mut Queue,
+    last: bool,
+    sink: &'r mut K,
+}
+
+impl<D: Decision, K: Sink> Kernel for WholeVectors<'_, '_, D, K> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: InstructionSet>(self, set: S) {
+        let Self { stage, waiting, last, sink } = self;
         let count = waiting.waiting();
         let all = count.div_ceil(S::Most::COUNT);
-        self.work(set, waiting, if last { all } else { count / S::Most::COUNT }, sink);
+        stage.work(set, waiting, if last { all } else { count / S::Most::COUNT }, sink);
         waiting.rewind(ROUND_ROOM);
     }
+}
 
+impl<D: Decision> LeafStage<'_, D> {
     /// The triangles of one vector are fetched while the boxes of the next are tested.
     #[inline(always)]
     fn work<S: InstructionSet, K: Sink>(
@@ -119,7 +137,8 @@ impl<D: Decision> LeafStage<'_, D> {
                 let leaves = [now.fixed[at], now.moving[at]];
                 faced.face(set, pair.rows(leaves), &now.meeting, at);
                 sink.triangles(faced.count());
-                pair.triangles(set.most(), faced, leaves, *decision, outcome);
+                let decision = *decision;
+                set.part(Triangles { pair: &pair, leaves, faced, decision, outcome });
                 if sink.hurry() || !outcome.has_room() {
                     outcome.settle(set, by_rank, sink);
                 }
@@ -177,32 +196,40 @@ impl<'a> LeafPairs<'a> {
         }
     }
 
-    /// Decides what it can of the leaves that face each other.
     #[inline(always)]
-    fn triangles<L: Lanes>(
-        &self,
-        l: L,
-        faced: &Faced,
-        leaves: [u32; 2],
-        decision: impl Decision,
-        outcome: &mut Outcome,
-    ) {
-        let [a, b] = self.rows(leaves);
+    fn first_ranks(&self, [fixed, moving]: [u32; 2]) -> [u32; 2] {
+        [self.fixed.boxes[fixed as usize].first, self.moving.boxes[moving as usize].first]
+    }
+}
+
+/// Two leaves that face each other.
+struct Triangles<'r, D> {
+    pair: &'r LeafPairs<'r>,
+    leaves: [u32; 2],
+    faced: &'r Faced,
+    decision: D,
+    outcome: &'r mut Outcome,
+}
+
+impl<D: Decision> Kernel for Triangles<'_, D> {
+    type Output = ();
+
+    /// Decides what it can.
+    #[inline(always)]
+    fn run<S: InstructionSet>(self, set: S) {
+        let Self { pair, leaves, faced, decision, outcome } = self;
+        let l = set.most();
+        let [a, b] = pair.rows(leaves);
         let mut from = 0;
         while from < faced.count() {
             let Decided { lanes: [i, j], meet, open } = faced.decide(l, from, decision);
             outcome.add_found(l, meet, [l.lookup_u(&a.ids, i), l.lookup_u(&b.ids, j)]);
             if open != 0 {
-                let [a, b] = self.first_ranks(leaves);
+                let [a, b] = pair.first_ranks(leaves);
                 outcome.add_open(l, open, [l.add_u(l.splat_u(a), i), l.add_u(l.splat_u(b), j)]);
             }
-            from += L::COUNT;
+            from += S::Most::COUNT;
         }
-    }
-
-    #[inline(always)]
-    fn first_ranks(&self, [fixed, moving]: [u32; 2]) -> [u32; 2] {
-        [self.fixed.boxes[fixed as usize].first, self.moving.boxes[moving as usize].first]
     }
 }
 
