@@ -94,6 +94,8 @@ pub struct Pace {
     paces: BTreeSet<(Nanoseconds, usize)>,
     /// The sum of their rates: whole numbers, so that what is added can be taken away.
     rate: u128,
+    /// That at its highest, since it was found to have fallen.
+    highest_rate: u128,
     now: Nanoseconds,
 }
 
@@ -116,7 +118,16 @@ impl Pace {
         let link = |has_link| if has_link { Link::Unknown } else { Link::None };
         let links: Vec<_> = have_links.map(link).collect();
         let node_free = vec![0; links.len()];
-        Self { node, clients, links, node_free, paces: BTreeSet::new(), rate: 0, now: 0 }
+        Self {
+            node,
+            clients,
+            links,
+            node_free,
+            paces: BTreeSet::new(),
+            rate: 0,
+            highest_rate: 0,
+            now: 0,
+        }
     }
 
     /// All that follows happens at this time.
@@ -173,6 +184,16 @@ impl Pace {
         };
         of_node.add(since(node_free), scenarios);
         self.links[node] = Link::Known(of_node);
+    }
+
+    /// Whether all together have become slower by a tenth, which is said once.
+    pub fn has_slowed(&mut self) -> bool {
+        self.highest_rate = self.highest_rate.max(self.rate);
+        let has = self.rate < self.highest_rate / 10 * 9;
+        if has {
+            self.highest_rate = self.rate;
+        }
+        has
     }
 
     /// How fast the next in its place is nobody knows. The trial is made anew if it was with this client,

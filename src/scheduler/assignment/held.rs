@@ -2,8 +2,8 @@
 //!
 //! Who is held waits for an answer of others: as long as nobody has anything to answer, nobody is held.
 //! A look at a client costs little, but there can be thousands. So a client is looked at when something
-//! happens to it and when it is about to be given a scenario, and again, as long as it is held, when any
-//! client ends a task or dies: in between nothing happens that could let it go on.
+//! happens to it and when it is about to be given a scenario, and again, as long as it is held, when one of
+//! its node ends a task, when a client dies, and when all together have become slower.
 
 use std::collections::BTreeSet;
 use std::time::Duration;
@@ -17,6 +17,8 @@ pub(super) struct Held {
     /// Scenarios without an answer that were sent or buffered: of each node, and of all.
     unanswered: Vec<usize>,
     all_unanswered: usize,
+    /// Clients of each node.
+    mates: Vec<Vec<usize>>,
     /// Unclaimed clients that are held.
     clients: BTreeSet<usize>,
     /// Of those the ones with scenarios in their buffers.
@@ -46,10 +48,13 @@ impl Assignment {
         }
         let clients = || self.clients.iter().enumerate();
         let of = clients().map(|(number, client)| (self.nodes.of(number), client.tasks()));
+        let mut mates = vec![Vec::new(); nodes];
+        clients().for_each(|(number, _)| mates[self.nodes.of(number)].push(number));
         let held = Held {
             pace: Pace::new(of, (0..nodes).map(has_link)),
             unanswered: vec![0; nodes],
             all_unanswered: 0,
+            mates,
             clients: BTreeSet::new(),
             with_scenarios: BTreeSet::new(),
         };
@@ -118,9 +123,12 @@ impl Assignment {
             pace.sent(client, before.buffered);
         } else if now.tasks < before.tasks {
             pace.answered(client);
-            self.file_held();
+            match held.all_unanswered == 0 || pace.has_slowed() {
+                true => self.file_held(),
+                false => self.file_mates(client),
+            }
         } else if now.buffered > before.buffered && pace.given(client) {
-            self.file_node(client);
+            self.file_mates(client);
         }
     }
 
@@ -131,11 +139,16 @@ impl Assignment {
         held.into_iter().for_each(|client| self.file(client));
     }
 
-    /// All clients of this client's node.
-    fn file_node(&mut self, client: usize) {
+    /// So may clients of the same node, or none of them any more.
+    fn file_mates(&mut self, client: usize) {
         let node = self.nodes.of(client);
-        let mates = (0..self.clients.len()).filter(|&mate| self.nodes.of(mate) == node);
-        mates.collect::<Vec<_>>().into_iter().for_each(|mate| self.file(mate));
+        let mates = self.held.as_mut().map(|held| std::mem::take(&mut held.mates[node]));
+        for &mate in mates.iter().flatten() {
+            self.file(mate);
+        }
+        if let (Some(held), Some(mates)) = (&mut self.held, mates) {
+            held.mates[node] = mates;
+        }
     }
 }
 

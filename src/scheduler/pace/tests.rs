@@ -104,6 +104,22 @@ fn a_link_over_which_outlines_came_slowly_is_not_tried_at_the_end() {
 }
 
 #[test]
+fn it_is_said_once_that_all_together_are_slower() {
+    let mut pace = two_nodes();
+    answers(&mut pace, 0, 100, [0, 1]);
+    assert!(!pace.has_slowed());
+    answers(&mut pace, 1, 100, [0, 1]);
+    assert!(!pace.has_slowed());
+    answers(&mut pace, 1, 100, [1, 2]);
+    assert!(!pace.has_slowed(), "as fast as before");
+    answers(&mut pace, 1, 100, [2, 5]);
+    assert!(pace.has_slowed());
+    assert!(!pace.has_slowed());
+    pace.died(0, false);
+    assert!(pace.has_slowed());
+}
+
+#[test]
 fn a_task_is_measured_from_when_it_was_sent_or_the_one_before_was_answered() {
     let mut measured = two_nodes();
     measured.sent(0, 2);
