@@ -236,7 +236,7 @@ impl Pace {
     fn others_need(&self, client: usize, scenarios: usize) -> Option<u128> {
         let (fastest, _) = self.paces.iter().find(|(_, other)| *other != client)?;
         let own = self.clients[client].measured.map_or(0, |measured| rate(measured.pace()));
-        // A rate of more than a scenario in some years.
+        // Nobody takes years for a scenario.
         let all = scenarios as u128 * RATE / (self.rate - own).max(1);
         Some(all + u128::from(*fastest))
     }
