@@ -1,5 +1,7 @@
 //! Which scenario is with which client: the state of a run, without clock or processes.
 
+mod held;
+
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::indicator::TreeIndicator;
@@ -7,6 +9,7 @@ use super::local_client::{Analysis, LocalClient, NewTask, SubtreeBytes};
 use super::matchmaker::{Choice, Matchmaker};
 use super::node::Nodes;
 use super::takers::{Standing, Takers, Unclaimed};
+use held::Held;
 
 /// How far scenarios are given away beyond the first that has not been answered, in full buffers
 /// for each client. Results wait in memory for all before them, so a client that is stuck must not
@@ -56,6 +59,8 @@ pub struct Assignment {
     buffered: usize,
     /// Clients that are alive.
     alive: usize,
+    /// Who is given nothing for now. Absent: nobody is held.
+    held: Option<Held>,
 }
 
 impl Assignment {
@@ -88,6 +93,7 @@ impl Assignment {
             heavy: BTreeSet::new(),
             buffered: 0,
             alive,
+            held: None,
         };
         (0..assignment.clients.len()).for_each(|client| assignment.file(client));
         assignment
@@ -103,15 +109,18 @@ impl Assignment {
 
     /// Whatever happens to a client goes through here, or who is unclaimed would not be known.
     pub fn change<R>(&mut self, client: usize, change: impl FnOnce(&mut LocalClient) -> R) -> R {
+        let before = self.seen(client);
         let outcome = change(&mut self.clients[client]);
+        self.take_note(client, before);
         self.file(client);
         outcome
     }
 
     fn file(&mut self, client: usize) {
+        let is_held = self.is_held(client);
         let state = &self.clients[client];
         let standing = || Standing { tasks: state.tasks(), load: state.buffered() };
-        let standing = (!state.is_claimed()).then(standing);
+        let standing = (!state.is_claimed() && !is_held).then(standing);
         self.unclaimed.file(client, self.nodes.of(client), standing);
     }
 
@@ -146,18 +155,28 @@ impl Assignment {
     }
 
     /// Whether somebody takes a scenario now.
-    pub fn can_assign(&self) -> bool {
-        self.unclaimed.takers().is_some()
+    pub fn can_assign(&mut self) -> bool {
+        while let Some((_, client)) = self.unclaimed.takers().and_then(|it| it.emptiest().next()) {
+            if self.still_takes(client) {
+                return true;
+            }
+        }
+        false
     }
 
     /// Buffers the scenario, which is the next, with the client that the matchmaker picks; with no
     /// takers there is nobody.
     pub fn assign(&mut self, scenario: u32, analysis: Analysis) -> Option<Choice> {
         let Analysis { indicators, root_pairs } = analysis;
-        let takers = self.unclaimed.takers()?;
         let highest = indicators.iter().map(TreeIndicator::triangles).sum();
-        let score = |client: usize| self.nodes.of_client(client).score(&indicators);
-        let choice = self.matchmaker.pick(takers, highest, score)?;
+        let choice = loop {
+            let takers = self.unclaimed.takers()?;
+            let score = |client: usize| self.nodes.of_client(client).score(&indicators);
+            let choice = self.matchmaker.pick(takers, highest, score)?;
+            if self.still_takes(choice.client) {
+                break choice;
+            }
+        };
         let chosen = choice.client;
         self.change(chosen, |client| client.push(scenario, root_pairs));
         self.nodes.of_client_mut(chosen).give(&indicators, &self.subtree_bytes);
@@ -183,7 +202,9 @@ impl Assignment {
         let is_last = self.next_scenario().is_none_or(|next| self.deferred.contains(&next));
         let full = if is_last { 1 } else { self.full_buffer() };
         let heavy = self.heavy.iter().filter_map(|&node| self.unclaimed.first_of(node));
-        let client = heavy.chain(self.unclaimed.first_with(full)).min()?;
+        // To who is held nothing more comes for now.
+        let held = self.held.as_ref().and_then(Held::first_with_scenarios);
+        let client = heavy.chain(self.unclaimed.first_with(full)).chain(held).min()?;
         let number = self.next_task;
         self.next_task += 1;
         self.buffered -= self.clients[client].buffered();
@@ -217,6 +238,7 @@ impl Assignment {
                 _ => drop(self.deferred.insert(scenario)),
             }
         }
+        self.file_held();
         set_aside
     }
 
@@ -224,15 +246,21 @@ impl Assignment {
     /// nothing while another still has a whole buffer to answer. Guided self-scheduling
     /// (Polychronopoulos & Kuck 1987), counted in the tasks that all clients can hold.
     fn full_buffer(&self) -> usize {
-        let untouched = self.end.saturating_sub(self.next) as usize;
-        let left = self.buffered + self.returned.len() + untouched;
+        let left = self.buffered + self.returned.len() + self.untouched();
         let most_tasks = self.clients.first().map_or(1, LocalClient::most_tasks);
         let share = left.div_ceil((most_tasks * self.alive).max(1));
         share.clamp(1, self.limits.scenarios as usize)
+    }
+
+    /// Scenarios that nobody was given ever.
+    fn untouched(&self) -> usize {
+        self.end.saturating_sub(self.next) as usize
     }
 }
 
 #[cfg(test)]
 mod choices;
+#[cfg(test)]
+mod slow_links;
 #[cfg(test)]
 mod tests;

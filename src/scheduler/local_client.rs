@@ -143,6 +143,11 @@ impl LocalClient {
         self.buffer.len()
     }
 
+    /// Scenarios that were sent or buffered and have no answer.
+    pub fn unanswered(&self) -> usize {
+        self.buffer.len() + self.tasks.iter().map(|task| task.unanswered.len()).sum::<usize>()
+    }
+
     pub fn push(&mut self, scenario: u32, root_pairs: Vec<RootPair>) {
         self.buffer.push(Buffered { scenario, root_pairs });
     }

@@ -9,6 +9,7 @@
 //! | [`node`] | memory of one worker, or of all workers of a machine, and what is in it |
 //! | [`takers`] | clients that take scenarios, so filed that thousands cost little |
 //! | [`matchmaker`] | picks a client for a scenario |
+//! | [`pace`] | how fast clients are, and who is too slow for what is left |
 //! | [`local_client`] | what one worker was given and has not answered |
 //! | [`sources`] | where a worker gets a subtree that it lacks |
 //! | [`assignment`] | all of them together, and what nobody has been given yet |
@@ -28,6 +29,7 @@ pub mod local_client;
 pub mod matchmaker;
 mod memory;
 pub mod node;
+pub mod pace;
 pub mod ranks;
 pub mod result_order;
 pub mod sources;

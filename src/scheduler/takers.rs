@@ -116,6 +116,11 @@ impl Unclaimed {
         }
     }
 
+    /// Whether the client is filed.
+    pub fn has(&self, client: usize) -> bool {
+        self.standings[client].is_some()
+    }
+
     /// Who takes a scenario: those with the fewest tasks. Who has nothing to do comes before those
     /// whose next task would have to wait.
     pub fn takers(&self) -> Option<&Takers> {

@@ -74,6 +74,9 @@ pub struct Run {
     pub buffer_bytes: u64,
     /// That a client may have before it is claimed.
     pub most_tasks: usize,
+    /// Nodes that have to be sent geometry try their link with one scenario first, and take none that
+    /// they would answer after all others have answered theirs.
+    pub holds_back: bool,
     pub matchmakers: Vec<MatchRule>,
     pub copies: Vec<Copies>,
     pub compression: Vec<Compression>,

@@ -38,6 +38,8 @@ pub struct Policy {
     /// Of the random matchmaker.
     pub seed: u64,
     pub buffer: BufferLimits,
+    /// Nodes other than the master's are held back (see [`crate::scheduler::pace`]).
+    pub holds_back: bool,
 }
 
 /// Simulates the first so many scenarios of the load, at least one. `progress` is told how many have
@@ -142,8 +144,16 @@ impl<'a> Simulation<'a> {
             (0..nodes.count()).filter(fetched_from).for_each(|node| sources.opens(node));
             sources
         });
+        let has_link = |node: usize| {
+            let computer = match cluster.copies {
+                Copies::Process => of[node],
+                Copies::Node => node,
+            };
+            policy.holds_back && computer != cluster.master_node()
+        };
         let assignment =
-            Assignment::new(clients, nodes, scenarios, policy.buffer, matchmaker, bytes);
+            Assignment::new(clients, nodes, scenarios, policy.buffer, matchmaker, bytes)
+                .holding_back(has_link);
         let state = |(number, node): (usize, &Node)| NodeState {
             processors: Processors::new(node.cores, node.speed),
             free: [0; 2],

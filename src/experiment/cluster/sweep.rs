@@ -173,6 +173,7 @@ fn policy(config: &Config, run: &Run, seed: u64) -> Policy {
         from: run.from,
         seed,
         buffer: BufferLimits { scenarios, bytes },
+        holds_back: config.run.holds_back,
     }
 }
 

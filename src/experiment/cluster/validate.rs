@@ -120,7 +120,7 @@ fn simulated(
     let (rule, scenarios) = (config.run.matchmakers[0], config.run.point.buffer.get());
     let buffer = BufferLimits { scenarios, bytes: config.run.buffer_bytes };
     let (most_tasks, from, seed) = (OUTSTANDING_TASKS, SubtreesFrom::Master, config.run.match_seed);
-    let policy = Policy { rule, most_tasks, from, seed, buffer };
+    let policy = Policy { rule, most_tasks, from, seed, buffer, holds_back: false };
     let cluster = cluster(config, copies, messages);
     simulate(&load, &cluster, &policy, recording.serial_ns.len() as u32, &|_| {}).time_s
 }

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use super::engine::{Engine, TreeKey};
 use super::planned::Planned;
-use super::supply::{Published, Supply};
+use super::supply::{Published, Supply, Way};
 use super::{EngineError, ResultSink, ScenarioResult, Work};
 use crate::scene::SubtreesFrom;
 use crate::scheduler::assignment::{Assignment, BufferLimits};
@@ -126,6 +126,12 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
             nodes.all_mut()[0].give_all(subtree_bytes.each_ref().map(Vec::len));
         }
         let sources = sources(engine, &nodes, published, &subtree_bytes);
+        // With effects a node has all before any scenario.
+        let is_sent_more =
+            |node: usize| planned.is_none() && matches!(supply.way(node), Way::ByNode(_));
+        let assignment =
+            Assignment::new(clients, nodes, scenarios, limits, matchmaker, subtree_bytes)
+                .holding_back(is_sent_more);
         let traffic_before = (0..workers).map(|client| engine.crew.traffic(client)).collect();
         let restarts_before = (0..workers).map(|client| engine.crew.restarts(client)).collect();
         Ok(Self {
@@ -135,14 +141,7 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
             supply,
             planned,
             wanted,
-            assignment: Assignment::new(
-                clients,
-                nodes,
-                scenarios,
-                limits,
-                matchmaker,
-                subtree_bytes,
-            ),
+            assignment,
             sources,
             collection: Collection::new(workers, trees, views, wanted, layout),
             submitter: JobsSubmitter::new(PreAnalysis::new(
@@ -199,6 +198,7 @@ impl<'e, T: MasterEnd, L: Launch<T::Attach>> Session<'e, T, L> {
     /// Takes what comes, and deals with who has died.
     fn listen(&mut self, limit: Duration, sink: &mut dyn ResultSink) -> Result<(), EngineError> {
         self.engine.crew.wait(limit)?;
+        self.assignment.now_is(self.begin.elapsed());
         for client in 0..self.engine.crew.len() {
             self.collect_from(client)?;
             self.bury(client)?;

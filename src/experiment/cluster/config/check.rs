@@ -249,6 +249,7 @@ impl Checker<'_> {
                 None => OUTSTANDING_TASKS,
                 Some(value) => self.whole(value, "run.tasks", (1, 1000))? as usize,
             },
+            holds_back: file.hold_back.unwrap_or_default(),
             matchmakers: self.each_once(&file.matchmakers, "run.matchmakers")?,
             copies: match &file.copies {
                 None => vec![Copies::Process],

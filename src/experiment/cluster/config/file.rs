@@ -92,6 +92,7 @@ pub struct RunFile {
     pub depths: Spanned<[i64; 2]>,
     pub buffer: BufferFile,
     pub tasks: Option<Spanned<i64>>,
+    pub hold_back: Option<bool>,
     pub matchmakers: Spanned<Vec<MatchRule>>,
     pub copies: Option<Spanned<Vec<Copies>>>,
     pub compression: Option<Spanned<Vec<Compression>>>,

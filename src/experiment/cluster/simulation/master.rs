@@ -1,6 +1,7 @@
 //! The simulated master: the client manager's loop, a step at a time.
 
 use std::collections::{BTreeMap, VecDeque};
+use std::time::Duration;
 
 use super::super::events::Time;
 use super::super::load::SubtreeCost;
@@ -147,6 +148,7 @@ impl Simulation<'_> {
     }
 
     fn take_tasks(&mut self) {
+        self.tell_time();
         while let Some((client, task)) = self.assignment.take_task() {
             self.tally.first_task.get_or_insert(self.events.now());
             self.tally.tasks += 1;
@@ -251,7 +253,12 @@ impl Simulation<'_> {
         self.take_step(Step::Receiving(heard), work);
     }
 
+    fn tell_time(&mut self) {
+        self.assignment.now_is(Duration::from_nanos(self.events.now()));
+    }
+
     fn take_note(&mut self, heard: Heard) {
+        self.tell_time();
         match heard {
             Heard::TreeTaken { client } => self.assignment.change(client, LocalClient::took_tree),
             Heard::Answers { client, task, scenarios } => {

@@ -65,6 +65,7 @@ fn policy(rule: MatchRule, q: u32) -> Policy {
         from: SubtreesFrom::Master,
         seed: 1,
         buffer: BufferLimits { scenarios: q, bytes: u64::MAX },
+        holds_back: false,
     }
 }
 
@@ -193,6 +194,41 @@ fn what_one_worker_has_others_fetch_from_it() {
     assert!((40e6..=120e6).contains(&had), "each of three has each at most once: {outcome:?}");
 }
 
+/// So many hosts of two workers, the master on the first, at this link; 3744 scenarios of two milliseconds
+/// and 40 megabytes of geometry.
+fn hosts(count: usize, megabits_per_s: f64, holds_back: bool) -> f64 {
+    let mut load = load(&[2; 3744], 40);
+    load.outline_bytes = [5e5, 0.0];
+    let cluster = ideal(vec![Node { cores: 2, ..NODE }; count]);
+    let cluster = Cluster {
+        link: Link { bytes_per_s: megabits_per_s * 1e6 / 8.0, latency: 50_000, ..cluster.link },
+        copies: Copies::Node,
+        master: MasterPlace::FirstNode,
+        ..cluster
+    };
+    let policy = Policy { holds_back, ..policy(MatchRule::Best, 20) };
+    simulate(&load, &cluster, &policy, 3744, &|_| {}).time_s
+}
+
+#[test]
+fn a_host_behind_a_slow_link_does_not_make_a_run_much_longer_than_it_is_without() {
+    let alone = hosts(1, 1000.0, true);
+    near(alone, hosts(1, 1000.0, false));
+    assert!(hosts(2, 10.0, false) > 6.0 * alone, "full buffers");
+    for rate in [0.1, 1.0, 3.0, 10.0, 30.0] {
+        let both = hosts(2, rate, true);
+        assert!(both < 1.5 * alone, "{both} s at {rate} Mb/s, {alone} s without it");
+    }
+}
+
+#[test]
+fn a_host_behind_a_fast_link_is_not_slowed_by_its_trial() {
+    for rate in [300.0, 1000.0, 10_000.0] {
+        let (before, held_back) = (hosts(2, rate, false), hosts(2, rate, true));
+        assert!(held_back < 1.03 * before, "{held_back} s, not {before} s, at {rate} Mb/s");
+    }
+}
+
 /// Subtrees of first tasks are in the master's memory as long as these last.
 #[test]
 fn clients_that_begin_on_the_masters_node_take_its_memory() {
@@ -256,10 +292,15 @@ proptest! {
         cluster in any_cluster(),
         rule in prop::sample::select(MatchRule::ALL.to_vec()),
         q in 1_u32..8,
+        holds_back in any::<bool>(),
     ) {
         let load = load(&ms, 9);
-        let outcome = run(&load, &cluster, rule, q);
-        prop_assert_eq!(&outcome, &run(&load, &cluster, rule, q));
+        let run = || {
+            let policy = Policy { holds_back, ..policy(rule, q) };
+            simulate(&load, &cluster, &policy, ms.len() as u32, &|_| {})
+        };
+        let outcome = run();
+        prop_assert_eq!(&outcome, &run());
         prop_assert!(outcome.speedup <= outcome.speedup_bound * (1.0 + 1e-6), "{:?}", outcome);
         let needed = ms.len().min(9) as f64;
         let memories = match cluster.copies {

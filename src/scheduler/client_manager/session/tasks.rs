@@ -207,6 +207,7 @@ impl<T: MasterEnd, L: Launch<T::Attach>> Session<'_, T, L> {
 
     /// Fills the buffers of unclaimed clients, and sends those that are full.
     pub(super) fn give_work(&mut self) -> Result<(), EngineError> {
+        self.assignment.now_is(self.begin.elapsed());
         while let Some(scenario) = self.assignment.next_scenario() {
             if !self.assignment.can_assign() {
                 break;
