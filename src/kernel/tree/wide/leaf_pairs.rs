@@ -85,29 +85,6 @@ impl<D: Decision> LeafStage<'_, D> {
     ) -> impl Kernel<Output = ()> {
         WholeVectors { stage: self, waiting, last, sink }
     }
-}
-
-struct WholeVectors<'r, 'a, D, K> {
-    stage: &'r mut LeafStage<'a, D>,
-    waiting: &'r mut Queue,
-    last: bool,
-    sink: &'r mut K,
-}
-
-impl<D: Decision, K: Sink> Kernel for WholeVectors<'_, '_, D, K> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<S: InstructionSet>(self, set: S) {
-        let Self { stage, waiting, last, sink } = self;
-        let count = waiting.waiting();
-        let all = count.div_ceil(S::Most::COUNT);
-        stage.work(set, waiting, if last { all } else { count / S::Most::COUNT }, sink);
-        waiting.rewind(ROUND_ROOM);
-    }
-}
-
-impl<D: Decision> LeafStage<'_, D> {
     /// The triangles of one vector are fetched while the boxes of the next are tested.
     #[inline(always)]
     fn work<S: InstructionSet, K: Sink>(
@@ -148,6 +125,26 @@ impl<D: Decision> LeafStage<'_, D> {
             }
         }
         outcome.settle(set, by_rank, sink);
+    }
+}
+
+struct WholeVectors<'r, 'a, D, K> {
+    stage: &'r mut LeafStage<'a, D>,
+    waiting: &'r mut Queue,
+    last: bool,
+    sink: &'r mut K,
+}
+
+impl<D: Decision, K: Sink> Kernel for WholeVectors<'_, '_, D, K> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: InstructionSet>(self, set: S) {
+        let Self { stage, waiting, last, sink } = self;
+        let count = waiting.waiting();
+        let all = count.div_ceil(S::Most::COUNT);
+        stage.work(set, waiting, if last { all } else { count / S::Most::COUNT }, sink);
+        waiting.rewind(ROUND_ROOM);
     }
 }
 
