@@ -7,7 +7,8 @@
 //! After that a client is *held* while it would be done with one scenario more after all others were done
 //! with everything: guided self-scheduling weighted by measured pace. As long as there is much to do that
 //! holds nobody; towards the end slow ones stand back, and a link that is worth nothing is left alone after
-//! its trial, or before it, if outlines of trees have been slow already.
+//! its trial, or before it, if outlines of trees have been slow already. Who is at its first task without a
+//! link in between is taken for fast until that is answered: it may be done with all there is.
 
 use std::collections::{BTreeSet, VecDeque};
 
@@ -29,18 +30,28 @@ enum Link {
 /// How long scenarios took, one after the other.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Measured {
-    /// Of recent tasks, in nanoseconds, and their scenarios: each task counts half of the one after it.
+    /// Of recent tasks, in nanoseconds, and their scenarios: a round counts half of the one after it.
     /// The last tasks of a run are short, and a scenario can be nothing at all.
     time: f64,
     scenarios: f64,
+    /// Tasks of the latest round.
+    tasks: usize,
     /// All scenarios ever.
     answered: u64,
 }
 
 impl Measured {
-    fn add(&mut self, time: Nanoseconds, scenarios: u64) {
-        self.time = self.time / 2.0 + time as f64;
-        self.scenarios = self.scenarios / 2.0 + scenarios as f64;
+    /// A task, of so many in a round: those of all who share a link say little alone, as one may be
+    /// answered long after the one before it and the others right after that.
+    fn add(&mut self, time: Nanoseconds, scenarios: u64, round: usize) {
+        if self.tasks == round {
+            self.tasks = 0;
+            self.time /= 2.0;
+            self.scenarios /= 2.0;
+        }
+        self.tasks += 1;
+        self.time += time as f64;
+        self.scenarios += scenarios as f64;
         self.answered += scenarios;
     }
 
@@ -87,6 +98,8 @@ pub struct Pace {
     /// Of each client.
     node: Vec<usize>,
     clients: Vec<Client>,
+    /// Clients of each node.
+    mates: Vec<usize>,
     links: Vec<Link>,
     /// When each node has answered last.
     node_free: Vec<Nanoseconds>,
@@ -96,6 +109,9 @@ pub struct Pace {
     rate: u128,
     /// That at its highest, since it was found to have fallen.
     highest_rate: u128,
+    /// Clients at their first task, to whom no link leads, and whether there were any when last asked.
+    at_first_task: BTreeSet<usize>,
+    was_at_first_task: bool,
     now: Nanoseconds,
 }
 
@@ -114,18 +130,24 @@ impl Pace {
         have_links: impl Iterator<Item = bool>,
     ) -> Self {
         let client = |tasks| Client { tasks: vec![(0, 0); tasks].into(), ..Client::default() };
-        let (node, clients) = clients.map(|(node, tasks)| (node, client(tasks))).unzip();
+        let (node, clients): (Vec<_>, _) =
+            clients.map(|(node, tasks)| (node, client(tasks))).unzip();
         let link = |has_link| if has_link { Link::Unknown } else { Link::None };
         let links: Vec<_> = have_links.map(link).collect();
+        let mut mates = vec![0; links.len()];
+        node.iter().for_each(|&node: &usize| mates[node] += 1);
         let node_free = vec![0; links.len()];
         Self {
             node,
             clients,
+            mates,
             links,
             node_free,
             paces: BTreeSet::new(),
             rate: 0,
             highest_rate: 0,
+            at_first_task: BTreeSet::new(),
+            was_at_first_task: false,
             now: 0,
         }
     }
@@ -157,7 +179,12 @@ impl Pace {
 
     /// The client was sent a task of so many scenarios.
     pub fn sent(&mut self, client: usize, scenarios: usize) {
-        self.clients[client].tasks.push_back((self.now, scenarios as u64));
+        let state = &mut self.clients[client];
+        state.tasks.push_back((self.now, scenarios as u64));
+        if state.measured.is_none() && self.links[self.node[client]] == Link::None {
+            self.at_first_task.insert(client);
+            self.was_at_first_task = true;
+        }
     }
 
     /// It has answered the oldest of its tasks.
@@ -173,8 +200,9 @@ impl Pace {
         let now = self.now;
         let since = |free: Nanoseconds| now.saturating_sub(sent.max(free));
         let mut measured = self.forget(client).unwrap_or_default();
-        measured.add(since(free), scenarios);
+        measured.add(since(free), scenarios, 1);
         self.clients[client].measured = Some(measured);
+        self.at_first_task.remove(&client);
         self.paces.insert((measured.pace(), client));
         self.rate += rate(measured.pace());
         let mut of_node = match self.links[node] {
@@ -182,24 +210,28 @@ impl Pace {
             Link::Known(measured) => measured,
             Link::Unknown | Link::OnTrial(_) => Measured::default(),
         };
-        of_node.add(since(node_free), scenarios);
+        of_node.add(since(node_free), scenarios, self.mates[node]);
         self.links[node] = Link::Known(of_node);
     }
 
-    /// Whether all together have become slower by a tenth, which is said once.
+    /// Whether all together have become slower by a tenth, or nobody is taken for fast any more: it is said
+    /// once.
     pub fn has_slowed(&mut self) -> bool {
+        let is_at_first_task = !self.at_first_task.is_empty();
+        let was_at_first_task = std::mem::replace(&mut self.was_at_first_task, is_at_first_task);
         self.highest_rate = self.highest_rate.max(self.rate);
-        let has = self.rate < self.highest_rate / 10 * 9;
-        if has {
+        let is_slower = self.rate < self.highest_rate / 10 * 9;
+        if is_slower {
             self.highest_rate = self.rate;
         }
-        has
+        is_slower || was_at_first_task && !is_at_first_task
     }
 
     /// How fast the next in its place is nobody knows. The trial is made anew if it was with this client,
     /// or if the node's memory is lost.
     pub fn died(&mut self, client: usize, is_memory_lost: bool) {
         self.forget(client);
+        self.at_first_task.remove(&client);
         self.clients[client] = Client::default();
         let link = &mut self.links[self.node[client]];
         let was_on_trial = *link == Link::OnTrial(client);
@@ -223,6 +255,7 @@ impl Pace {
             Link::OnTrial(_) => return true,
             // Subtrees of a scenario are rather more bytes than outlines of trees.
             Link::Unknown => u128::from(state.trees.unwrap_or(0)) * CAUTION,
+            Link::Known(_) if !self.at_first_task.is_empty() => return true,
             // Its node may be slow because of the link, and itself beside others of its node.
             Link::Known(of_node) => {
                 let own = state.measured.map_or(0, |own| own.expected(queue.own as u64 + 1));

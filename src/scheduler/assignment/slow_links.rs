@@ -189,6 +189,51 @@ fn any_world() -> impl Strategy<Value = World> {
     })
 }
 
+/// The master's node and one behind a link, all of whose workers are equally fast.
+#[derive(Clone, Debug)]
+struct Pair {
+    near: usize,
+    far: usize,
+    work: Nanoseconds,
+    scenarios: u32,
+    q: u32,
+    rule: MatchRule,
+}
+
+impl Pair {
+    /// With the other node behind such a link, or without it.
+    fn run(&self, link: Option<Nanoseconds>) -> Nanoseconds {
+        let far = if link.is_some() { self.far } else { 0 };
+        let mut running = Running::new(World {
+            link: [0].into_iter().chain(link).collect(),
+            workers: [vec![(0, self.work); self.near], vec![(1, self.work); far]].concat(),
+            scenarios: self.scenarios,
+            // None is needed twice.
+            subtrees: self.scenarios,
+            q: self.q,
+            rule: self.rule,
+            holds_back: true,
+        });
+        // However many results wait for the one that comes over the link.
+        running.assignment.ahead = u32::MAX;
+        running.run()
+    }
+}
+
+fn any_pair_of_nodes() -> impl Strategy<Value = Pair> {
+    let workers = (1_usize..4, 1_usize..4);
+    let numbers = (100_000_u64..2_000_000, 100_u32..600, 1_u32..21);
+    let rules = prop::sample::select(MatchRule::ALL.to_vec());
+    (workers, numbers, rules).prop_map(|((near, far), (work, scenarios, q), rule)| Pair {
+        near,
+        far,
+        work,
+        scenarios,
+        q,
+        rule,
+    })
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
@@ -207,34 +252,27 @@ proptest! {
         running.run();
     }
 
-    /// One scenario is what it costs to find out; the end of the list is as even as it is without.
+    /// One scenario over it is what it costs to find that out.
     #[test]
-    fn a_slow_link_costs_one_scenario_over_it_at_most(
-        link in 10_000_000_u64..5_000_000_000,
-        work in 100_000_u64..2_000_000,
-        [near, far] in [1_usize..4, 1_usize..4],
-        scenarios in 100_u32..600,
-        q in 1_u32..21,
-        rule in prop::sample::select(MatchRule::ALL.to_vec()),
+    fn a_link_that_is_worth_nothing_costs_one_scenario_over_it_at_most(
+        pair in any_pair_of_nodes(),
+        times in 1.0_f64..100.0,
     ) {
-        let world = |far: usize| World {
-            link: if far > 0 { vec![0, link] } else { vec![0] },
-            workers: [vec![(0, work); near], vec![(1, work); far]].concat(),
-            scenarios,
-            // None is needed twice.
-            subtrees: scenarios,
-            q,
-            rule,
-            holds_back: true,
-        };
-        let run = |far| {
-            let mut running = Running::new(world(far));
-            // However many results wait for the one that comes over the link.
-            running.assignment.ahead = u32::MAX;
-            running.run()
-        };
-        let (alone, both) = (run(0), run(far));
-        prop_assert!(both <= alone + link + work, "{both} ns, and {alone} without the other node");
+        let alone = pair.run(None);
+        let link = (alone as f64 * times) as Nanoseconds;
+        let both = pair.run(Some(link));
+        prop_assert!(both <= alone + link + pair.work, "{both} ns, and {alone} without the other node");
+    }
+
+    /// What is expected of a link after few scenarios is not quite what comes.
+    #[test]
+    fn no_link_makes_a_run_longer_by_much_more_than_one_scenario_over_it(
+        pair in any_pair_of_nodes(),
+        link in (4.0_f64..10.0).prop_map(|digits| 10_f64.powf(digits) as Nanoseconds),
+    ) {
+        let [alone, both] = [pair.run(None), pair.run(Some(link))];
+        let most = alone / 4 * 5 + link + pair.work;
+        prop_assert!(both <= most, "{both} ns, and {alone} without the other node");
     }
 }
 

