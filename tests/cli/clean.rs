@@ -183,7 +183,8 @@ fn the_next_run_removes_what_a_killed_one_left() {
     let place = Place::with_poses();
     let mut dead = place.stopped("dead");
     dead.kill();
-    assert!(place.traces().len() > 2, "nothing is left of a killed master");
+    let left = place.traces();
+    assert!(left.len() > 2, "nothing is left of a killed master: {left:?}");
     succeeded(&place.run(&place.many("next")));
     place.is_exact("next");
     assert_eq!(place.traces(), Vec::<PathBuf>::new());

@@ -6,6 +6,7 @@ mod deform;
 mod motion;
 #[path = "../oracle/mod.rs"]
 mod oracle;
+mod plan;
 #[path = "../random/mod.rs"]
 mod random;
 mod refit;

@@ -38,18 +38,30 @@ fn pairs_that_meet(
     placed: &[Triangle],
     meet: impl Fn(&Triangle, &Triangle) -> bool,
 ) -> Vec<[u32; 2]> {
-    let boxes: Vec<[Point; 2]> = placed.iter().map(bounds).collect();
+    let wholes = [fixed, placed].map(|triangles| bounds(triangles.iter().flatten()));
+    let (fixed, placed) = (within(fixed, &wholes[1]), within(placed, &wholes[0]));
     let mut pairs = Vec::new();
-    for (i, a) in (0..).zip(fixed) {
-        let [low, high] = bounds(a);
-        for (j, (b, [b_low, b_high])) in (0..).zip(placed.iter().zip(&boxes)) {
-            let apart = (0..3).any(|k| high[k] < b_low[k] || b_high[k] < low[k]);
-            if !apart && meet(a, b) {
-                pairs.push([i, j]);
+    for (i, a, a_bounds) in &fixed {
+        for (j, b, b_bounds) in &placed {
+            if overlap(a_bounds, b_bounds) && meet(a, b) {
+                pairs.push([*i, *j]);
             }
         }
     }
     pairs
+}
+
+/// Those whose bounds overlap these, with their numbers and bounds.
+fn within<'a>(
+    triangles: &'a [Triangle],
+    place: &[Point; 2],
+) -> Vec<(u32, &'a Triangle, [Point; 2])> {
+    let bounded = (0..).zip(triangles).map(|(i, triangle)| (i, triangle, bounds(triangle)));
+    bounded.filter(|(_, _, bounds)| overlap(bounds, place)).collect()
+}
+
+fn overlap([low, high]: &[Point; 2], [b_low, b_high]: &[Point; 2]) -> bool {
+    (0..3).all(|k| low[k] <= b_high[k] && b_low[k] <= high[k])
 }
 
 /// The filter for tests among these points.

@@ -133,26 +133,3 @@ impl Plan {
             .collect()
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::effects::penetration::Effort;
-
-    #[test]
-    fn every_table_of_a_step_is_known_by_name() {
-        let margin = ClearanceOptions { margin_m: Some(0.1), ..ClearanceOptions::default() };
-        let least = PenetrationOptions { direction: None, least: Some(Effort::default()) };
-        let steps = vec![
-            Step::Segments,
-            Step::Containment,
-            Step::Clearance(margin),
-            Step::Penetration(least),
-        ];
-        let plan = Plan { ignore: vec![], steps };
-        assert!(plan.layout().tables().all(|table| TABLES.contains(&table.name)));
-        assert!(
-            plan.layout().steps.iter().zip(&DESCRIPTIONS).all(|(step, d)| step.name == d.effect)
-        );
-    }
-}

@@ -23,17 +23,16 @@ pub fn run_portable<K: Kernel>(kernel: K) -> K::Output {
 }
 
 /// Runs the kernel with the instructions of `level`. Gives it back where that means none, or where
-/// the processor lacks them; and in this library's own unit tests, for which kernels are not compiled
-/// again: `tests/` hold every instruction set to the truth.
+/// the processor lacks them.
 #[inline]
 pub fn run_vectors<K: Kernel>(level: SimdLevel, kernel: K) -> Result<K::Output, K> {
     match level {
-        #[cfg(all(target_arch = "x86_64", not(test)))]
+        #[cfg(target_arch = "x86_64")]
         SimdLevel::Avx512 if level.is_here() => {
             // SAFETY: the processor has the instructions.
             Ok(unsafe { run_avx512(kernel) })
         }
-        #[cfg(all(target_arch = "x86_64", not(test)))]
+        #[cfg(target_arch = "x86_64")]
         SimdLevel::Avx2 if level.is_here() => {
             // SAFETY: the processor has the instructions.
             Ok(unsafe { run_avx2(kernel) })
@@ -42,14 +41,14 @@ pub fn run_vectors<K: Kernel>(level: SimdLevel, kernel: K) -> Result<K::Output, 
     }
 }
 
-#[cfg(all(target_arch = "x86_64", not(test)))]
+#[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512dq,avx512bw,avx512vl,avx2,fma,bmi1,bmi2,popcnt,lzcnt")]
 fn run_avx512<K: Kernel>(kernel: K) -> K::Output {
     // SAFETY: this function has the instructions switched on.
     kernel.run(unsafe { super::avx512::Avx512Set::new() })
 }
 
-#[cfg(all(target_arch = "x86_64", not(test)))]
+#[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt,lzcnt")]
 fn run_avx2<K: Kernel>(kernel: K) -> K::Output {
     // SAFETY: this function has the instructions switched on.

@@ -46,38 +46,3 @@ fn below(nodes: &[ObbNode], roots: &[DistributedRoot], node: u32) -> Option<[u32
         _ => None,
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::mesh::MeshSource;
-    use crate::tree::descent::Descent;
-    use crate::tree::roots::Cut;
-    use crate::tree::{BuildOptions, build};
-
-    fn tests_at(depths: [u32; 2], kind: TreeKind) -> (Option<u64>, u64) {
-        let mesh: MeshSource = "builtin:car?triangles=2000".parse().unwrap();
-        let tree = build(&mesh.load().unwrap(), BuildOptions { kind });
-        let pose =
-            Pose::checked([0.5_f64.sqrt(), 0.0, 0.0, 0.5_f64.sqrt()], [1.0, 1.5, 0.1]).unwrap();
-        let [fixed, moving] = depths.map(|depth| CutTree::new(tree.view(), Cut::Depth(depth)));
-        let (mut descent, mut pairs) = (Descent::default(), Vec::new());
-        let (tree, pairs) = (tree.view(), &mut pairs);
-        let whole = descent.counted_pairs(&tree, &tree, &pose, pairs).unwrap();
-        (box_tests(&fixed, &moving, &pose), whole.boxes)
-    }
-
-    #[test]
-    fn cut_at_the_leaves_it_is_the_descent_itself() {
-        let (tests, whole) = tests_at([90; 2], TreeKind::Obb);
-        assert_eq!(tests, Some(whole));
-    }
-
-    #[test]
-    fn cut_at_the_top_it_is_one_test_and_in_between_it_is_some() {
-        assert_eq!(tests_at([0; 2], TreeKind::Obb).0, Some(1));
-        let (tests, whole) = tests_at([5, 3], TreeKind::Obb);
-        assert!((2..whole).contains(&tests.unwrap()), "{tests:?} of {whole}");
-        assert_eq!(tests_at([5, 3], TreeKind::Wide).0, None);
-    }
-}
