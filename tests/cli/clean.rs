@@ -3,7 +3,7 @@
 use std::os::unix::fs::{PermissionsExt, chown};
 use std::os::unix::process::ExitStatusExt;
 use std::process::Child;
-use std::sync::LazyLock;
+use std::sync::{LazyLock, Mutex, PoisonError};
 use std::time::Duration;
 
 use super::interrupt::{await_rows, children, shared_memory_of};
@@ -19,6 +19,9 @@ static UNDISTURBED: LazyLock<Vec<u8>> = LazyLock::new(|| {
     succeeded(&place.run(&place.many("alone")));
     fs::read(place.path("alone/scenarios.csv")).unwrap()
 });
+
+/// `bumper clean` removes what dead runs of the user left, also those that another test means to find.
+static DEAD: Mutex<()> = Mutex::new(());
 
 impl Place {
     /// With enough poses for a run to be stopped in the middle; few of them touch, so that their number
@@ -135,6 +138,7 @@ fn user() -> u32 {
 
 #[test]
 fn clean_removes_what_a_killed_run_left_and_the_living_one_ends_exact() {
+    let _alone = DEAD.lock().unwrap_or_else(PoisonError::into_inner);
     let place = Place::with_poses();
     let living = place.stopped("living");
     let of_living = place.traces();
@@ -180,6 +184,7 @@ fn clean_removes_what_a_killed_run_left_and_the_living_one_ends_exact() {
 
 #[test]
 fn the_next_run_removes_what_a_killed_one_left() {
+    let _alone = DEAD.lock().unwrap_or_else(PoisonError::into_inner);
     let place = Place::with_poses();
     let mut dead = place.stopped("dead");
     dead.kill();
@@ -255,6 +260,7 @@ fn two_runs_of_two_users_do_not_see_each_other_and_both_are_exact() {
     };
     succeeded(&run(&[&place.many("theirs/out")[..], &["--no-cache"]].concat()));
     place.is_exact("theirs/out");
+    place.has_only(&of_ours);
     let cleaned = run(&["clean"]);
     succeeded(&cleaned);
     assert!(stdout(&cleaned).starts_with("removed nothing"), "{}", stdout(&cleaned));

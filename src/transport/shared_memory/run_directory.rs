@@ -185,7 +185,13 @@ fn create_locked(path: &Path) -> io::Result<File> {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::{AtomicBool, Ordering};
+    use std::sync::{Mutex, PoisonError};
+
     use super::*;
+
+    /// Anybody who cleans up removes what another test has made a dead run of.
+    static DEAD: Mutex<()> = Mutex::new(());
 
     fn shared_memory_file(run: &RunDirectory) -> PathBuf {
         Path::new(SHARED_MEMORY_DIRECTORY).join(format!("{}test", run.prefix()))
@@ -203,6 +209,7 @@ mod tests {
 
     #[test]
     fn a_new_run_removes_the_dead_and_spares_the_living() {
+        let _alone = DEAD.lock().unwrap_or_else(PoisonError::into_inner);
         let base = tempfile::tempdir().unwrap();
         let living = RunDirectory::create(base.path()).unwrap();
         let dead = RunDirectory::create(base.path()).unwrap();
@@ -221,6 +228,7 @@ mod tests {
 
     #[test]
     fn a_leftover_that_cannot_be_removed_does_not_keep_a_run_from_beginning() {
+        let _alone = DEAD.lock().unwrap_or_else(PoisonError::into_inner);
         let base = tempfile::tempdir().unwrap();
         let dead = RunDirectory::create(base.path()).unwrap();
         let dead_path = dead.path().to_owned();
@@ -252,6 +260,7 @@ mod tests {
 
     #[test]
     fn a_clean_up_from_another_base_spares_the_living_and_removes_the_dead() {
+        let _alone = DEAD.lock().unwrap_or_else(PoisonError::into_inner);
         let (base, other) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
         let living = RunDirectory::create(base.path()).unwrap();
         let dead = RunDirectory::create(base.path()).unwrap();
@@ -266,6 +275,32 @@ mod tests {
         let kept = Path::new(SHARED_MEMORY_DIRECTORY).join(living.prefix());
         assert!(cleaned.living.iter().any(|run| run.path == kept && run.files == 2));
         assert!(!other.path().join(path_of_home(other.path())).exists(), "makes nothing");
+    }
+
+    #[test]
+    fn a_run_that_ends_is_not_taken_for_dead() {
+        let _alone = DEAD.lock().unwrap_or_else(PoisonError::into_inner);
+        let (base, other) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+        let ended = AtomicBool::new(false);
+        let runs = || {
+            for _ in 0..50 {
+                let run = RunDirectory::create(base.path()).unwrap();
+                for n in 0..20 {
+                    std::fs::write(format!("{}{n}", shared_memory_file(&run).display()), "x")
+                        .unwrap();
+                }
+            }
+            ended.store(true, Ordering::Relaxed);
+        };
+        std::thread::scope(|scope| {
+            scope.spawn(runs);
+            while !ended.load(Ordering::Relaxed) {
+                for base in [&base, &other] {
+                    let Leftovers { runs, failures, .. } = remove_leftovers(base.path()).unwrap();
+                    assert!(runs == 0 && failures.is_empty(), "{runs}, {failures:?}");
+                }
+            }
+        });
     }
 
     #[test]

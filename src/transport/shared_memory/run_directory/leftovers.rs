@@ -119,10 +119,11 @@ impl Leftovers {
     }
 
     pub(super) fn remove_tree(&mut self, directory: &Path) {
-        let entries = match std::fs::read_dir(directory).and_then(Iterator::collect) {
+        let mut entries = match std::fs::read_dir(directory).and_then(Iterator::collect) {
             Ok::<Vec<DirEntry>, _>(entries) => entries,
             Err(reason) => return self.not_removed(directory, reason),
         };
+        entries.sort_by_key(is_lock);
         for entry in entries {
             // Of a link itself, not of what it leads to.
             if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
@@ -170,7 +171,13 @@ fn files_of_this_user(prefix: &str) -> io::Result<Vec<DirEntry>> {
             files.push(entry);
         }
     }
+    files.sort_by_key(is_lock);
     Ok(files)
+}
+
+/// Locks are removed last, so that a run that removes its own files is not taken for dead by others.
+fn is_lock(entry: &DirEntry) -> bool {
+    entry.file_name().as_encoded_bytes().ends_with(LOCK.as_bytes())
 }
 
 /// Whether a living process holds the lock. One that is not there was never held, or is no more.
