@@ -20,6 +20,9 @@ impl Picture {
     /// The part of the pixels that differ.
     pub fn changed(&self, other: &Self) -> f64 {
         assert_eq!([self.width, self.height], [other.width, other.height]);
+        if self.pixels.as_flattened() == other.pixels.as_flattened() {
+            return 0.0;
+        }
         let pairs = self.pixels.iter().zip(&other.pixels);
         pairs.filter(|(a, b)| a != b).count() as f64 / self.pixels.len() as f64
     }
@@ -79,25 +82,35 @@ pub fn decode(bytes: &[u8]) -> Picture {
     Picture { width, height, pixels }
 }
 
+/// Written as it is because it takes most of the time of the tests, which are not optimised.
 fn unfilter(filter: u8, row: &mut [u8], above: &[u8], channels: usize) {
-    for at in 0..row.len() {
-        let left = at.checked_sub(channels);
-        let (a, b) = (left.map_or(0, |left| row[left]), above[at]);
-        let c = left.map_or(0, |left| above[left]);
+    let mut at = 0;
+    while at < row.len() {
+        let (a, c) =
+            if at < channels { (0, 0) } else { (row[at - channels], above[at - channels]) };
+        let b = above[at];
         let predicted = match filter {
-            0 => 0,
+            0 => return,
             1 => a,
             2 => b,
-            3 => ((u16::from(a) + u16::from(b)) / 2) as u8,
+            3 => ((a as u16 + b as u16) / 2) as u8,
             4 => paeth(a, b, c),
             other => panic!("no filter {other}"),
         };
         row[at] = row[at].wrapping_add(predicted);
+        at += 1;
     }
 }
 
+/// The nearest of the three to a + b - c, and the first of several.
 fn paeth(a: u8, b: u8, c: u8) -> u8 {
-    let estimate = i16::from(a) + i16::from(b) - i16::from(c);
-    let distance = |x: u8| (estimate - i16::from(x)).abs();
-    [a, b, c].into_iter().min_by_key(|&x| distance(x)).unwrap()
+    let [from_c_to_a, from_c_to_b] = [a as i16 - c as i16, b as i16 - c as i16];
+    let distances = [from_c_to_b.abs(), from_c_to_a.abs(), (from_c_to_a + from_c_to_b).abs()];
+    if distances[0] <= distances[1] && distances[0] <= distances[2] {
+        a
+    } else if distances[1] <= distances[2] {
+        b
+    } else {
+        c
+    }
 }
