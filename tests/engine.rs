@@ -214,7 +214,7 @@ fn a_slow_worker_gets_fewer_scenarios() {
     for transport in [Transport::Iceoryx2, Transport::Pipe] {
         let mut options = options(2);
         options.engine.transport = transport;
-        options.engine.slowdowns = vec![Slowdown::NONE, Slowdown::new(8.0).unwrap()];
+        options.engine.slowdowns = vec![Slowdown::NONE, Slowdown::new(60.0).unwrap()];
         let (report, answers) = scene.run(&options);
         assert!(answers == scene.truth());
         let [fast, slow] = [0, 1].map(|worker: usize| report.workers[worker].scenarios);

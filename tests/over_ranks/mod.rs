@@ -6,7 +6,7 @@ use std::num::NonZeroU32;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use bumper::scene::{Compression, MatchRule, SubtreesFrom, WorkerCount};
+use bumper::scene::{Compression, MatchRule, Slowdown, SubtreesFrom, WorkerCount};
 use bumper::scheduler::client_manager::{Engine, EngineError, EngineReport, NodeReport, needs};
 use bumper::scheduler::launch::Processes;
 use bumper::scheduler::ranks::{Hybrid, NodeIs, OnNodes};
@@ -46,6 +46,8 @@ fn with_engine<T>(
     let mut engine_options = options.engine.clone();
     engine_options.workers = Some(WorkerCount::new(machines.len() as i64).unwrap());
     engine_options.start_from = Some(bumper::scene::StartFrom::RootPairs);
+    // The master's own worker is slow, so that others do most of the work however late they begin.
+    engine_options.slowdowns = vec![Slowdown::new(20.0).unwrap()];
     let end = Hybrid::create(place.base(), command, node, &needs(&engine_options)).unwrap();
     let prefixes = place.prefixes();
     let mut engine = Engine::start(end, OnNodes { here: processes }, engine_options).unwrap();
