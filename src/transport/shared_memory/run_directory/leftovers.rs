@@ -114,7 +114,9 @@ impl Leftovers {
 
     /// Those in shared memory.
     pub(super) fn remove_files(&mut self, prefix: &str) -> io::Result<()> {
-        files_of_this_user(prefix)?.iter().for_each(|file| self.remove_file(&file.path()));
+        let mut files = files_of_this_user(prefix)?;
+        files.sort_by_key(is_lock);
+        files.iter().for_each(|file| self.remove_file(&file.path()));
         Ok(())
     }
 
@@ -171,7 +173,6 @@ fn files_of_this_user(prefix: &str) -> io::Result<Vec<DirEntry>> {
             files.push(entry);
         }
     }
-    files.sort_by_key(is_lock);
     Ok(files)
 }
 
